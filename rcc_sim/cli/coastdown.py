@@ -1,0 +1,130 @@
+"""`rccsim coastdown`: road load from a coast-down."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from rcc_sim.cli.complete import vehicle_names
+from rcc_sim.cli.output import Csv, Json, Output, emit, say, warn
+
+if TYPE_CHECKING:
+    from rcc_sim.definitions.vehicle import Vehicle
+    from rcc_sim.identify.coastdown import RoadLoad
+
+UNITS = {"A": "n", "B": "n_s_per_m", "C": "n_s2_per_m2"}
+DRIVES = ("motor_torque_nm", "motor_current_a", "throttle")
+
+
+def coastdown(
+    log: Annotated[str, typer.Argument(help="Log with time_s, speed_mps; - is stdin.")],
+    mass: Annotated[float | None, typer.Option(help="As driven. [kg]")] = None,
+    vehicle: Annotated[
+        str | None,
+        typer.Option(
+            help="Whose mass and rotating inertia to take.",
+            autocompletion=vehicle_names,
+        ),
+    ] = None,
+    equivalent_inertia: Annotated[
+        float | None, typer.Option(help="Mass that the rotating parts add. [kg]")
+    ] = None,
+    min_speed: Annotated[
+        float | None, typer.Option(help="Leave out rows below. [m/s]")
+    ] = None,
+    direction: Annotated[
+        list[int] | None,
+        typer.Option(help="1 or -1 for each coast: both ways tell grade apart."),
+    ] = None,
+    json: Json = False,
+    csv: Csv = False,
+    output: Output = None,
+) -> None:
+    """Road load A + B v + C v² from coast-downs, by fitting speed over time.
+
+    Coasts are found where the motor gives nothing (torque, current or throttle in
+    the log), else where the speed falls for longest. Intervals hold 90 %.
+
+    Example: rccsim coastdown coast.csv --vehicle rcc
+    """
+    from rcc_sim.definitions.vehicle import load_vehicle
+    from rcc_sim.identify.coastdown import fit_coastdown
+    from rcc_sim.trace import read_trace
+
+    trace = read_trace(log)
+    car = load_vehicle(vehicle) if vehicle else None
+    drive = next((trace[c] for c in DRIVES if c in trace), None)
+    result = fit_coastdown(
+        trace["time_s"],
+        trace["speed_mps"],
+        _mass(mass, car),
+        equivalent_inertia_kg=_equivalent(equivalent_inertia, car),
+        drive=drive,
+        slope=trace["slope"] if "slope" in trace else None,
+        elevation_m=trace.columns.get("elevation_m") if "slope" not in trace else None,
+        direction=direction or None,
+        min_speed_mps=min_speed,
+    )
+    for text in result.warnings:
+        warn(text)
+    if not result.converged:
+        warn(f"the fit did not converge: {result.message}")
+    emit(_document(result), _rows(result), json=json, csv=csv, output=output)
+    say(f"{result.stretches} coasts, {result.speed_low:.3g} to "
+        f"{result.speed_high:.3g} m/s")  # fmt: skip
+
+
+def _mass(mass: float | None, car: Vehicle | None) -> float:
+    from rcc_sim.errors import InputError
+
+    if mass is not None:
+        return mass
+    if car is None:
+        raise InputError("coastdown: give --mass, or --vehicle to take its mass")
+    return car.body.mass_kg.value
+
+
+def _equivalent(given: float | None, car: Vehicle | None) -> float:
+    from rcc_sim.physics.effects.rotor_inertia import reflected_mass
+
+    if given is not None or car is None:
+        return given or 0.0
+    J = car.figures().get("effects.rotor_inertia.inertia_kgm2")
+    n = car.drivetrain.gear_ratio.value / car.tyres.radius_m.value
+    return reflected_mass(J.value, n) if J else 0.0
+
+
+def _rows(result: RoadLoad) -> list[dict[str, Any]]:
+    named = [(n, getattr(result, n)) for n in ("A", "B", "C", "C_rr", "C_dA", "slope")]
+    return [
+        {
+            "coefficient": name,
+            "value": c.value,
+            "sd": c.sd,
+            "low": c.low,
+            "high": c.high,
+            "fitted": c.fitted,
+        }
+        for name, c in named
+        if c is not None
+    ]
+
+
+def _document(result: RoadLoad) -> dict[str, Any]:
+    load = {f"{k.lower()}_{u}": getattr(result, k).value for k, u in UNITS.items()}
+    return load | {
+        "coefficients": {row.pop("coefficient"): row for row in _rows(result)},
+        "terms": list(result.terms),
+        "r_squared": result.r_squared,
+        "residual_sd_mps": result.residual_sd,
+        "stretches": result.stretches,
+        "speed_low_mps": result.speed_low,
+        "speed_high_mps": result.speed_high,
+        "converged": result.converged,
+    }
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command(name="coastdown")(coastdown)

@@ -1,0 +1,144 @@
+"""`rccsim energy`: where the energy of a drive went."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from rcc_sim.cli.complete import vehicle_names
+from rcc_sim.cli.output import Csv, Json, Output, emit
+
+if TYPE_CHECKING:
+    from rcc_sim.analyse.energy import EnergyReport
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the app."""
+    app.command("energy", epilog=EXAMPLE)(energy)
+
+
+EXAMPLE = (
+    "Example: rccsim simulate rcc --cycle 'udds[20:125]' -o a.csv; "
+    "rccsim simulate rcc --cycle 'udds[20:125]' --lane-change-every 20 -o b.csv; "
+    "rccsim energy a.csv b.csv"
+)
+
+
+def energy(
+    traces: Annotated[
+        list[str], typer.Argument(help="Traces: CSV, Parquet, or - for stdin.")
+    ],
+    vehicle: Annotated[
+        str | None,
+        typer.Option(
+            help="Give the range on this vehicle's battery.",
+            autocompletion=vehicle_names,
+        ),
+    ] = None,
+    from_: Annotated[
+        str | None,
+        typer.Option(
+            "--from", help="Whose traces these are ...", autocompletion=vehicle_names
+        ),
+    ] = None,
+    to: Annotated[
+        str | None,
+        typer.Option(
+            "--to",
+            help="... and at whose size to report them.",
+            autocompletion=vehicle_names,
+        ),
+    ] = None,
+    regimes: Annotated[
+        bool, typer.Option("--regimes", help="By kind of driving, not by sink.")
+    ] = False,
+    plot: Annotated[
+        Path | None, typer.Option(help="Draw it: PNG, SVG or PDF.", metavar="F")
+    ] = None,
+    output: Output = None,
+    csv: Csv = False,
+    json: Json = False,
+) -> None:
+    """Where the energy went: ledger, Wh/km, range; several traces side by side.
+
+    The ledger's lines sum to the energy at the battery's terminals (plus what is
+    lost inside the battery, where that is modelled); one that does not close is an
+    error. The first trace is what the others are compared with.
+    """
+    from rcc_sim.analyse.energy import energy_report, scaled_report
+    from rcc_sim.trace import read_trace
+
+    drives = [read_trace(name) for name in traces]
+    reports = [energy_report(drive) for drive in drives]
+    if from_ or to:
+        reports = [scaled_report(report, from_, to) for report in reports]
+    if plot is not None:
+        from rcc_sim.report.plots import plot_energy, save
+
+        save(plot_energy(drives, reports), plot)
+    battery = _battery(vehicle)
+    table = _regime_rows(reports) if regimes else rows(*reports, **battery)
+    emit(
+        document(*reports, **battery),
+        table,
+        json=json,
+        csv=csv,
+        output=output,
+        title=" against ".join(report.name for report in reports),
+    )
+
+
+def _battery(vehicle: str | None) -> dict[str, Any]:
+    from rcc_sim.analyse.energy import battery_capacity
+    from rcc_sim.definitions.vehicle import load_vehicle
+
+    return {"capacity_wh": battery_capacity(load_vehicle(vehicle))} if vehicle else {}
+
+
+def document(*reports: EnergyReport, capacity_wh: float | None = None) -> Any:
+    """Return what --json prints: one object, or the runs and their comparison."""
+    from rcc_sim.analyse.energy import compared
+
+    runs = [_one(report, capacity_wh) for report in reports]
+    return runs[0] if len(runs) == 1 else {"runs": runs, "against_first": compared(reports)}
+
+
+def _one(report: EnergyReport, capacity_wh: float | None) -> dict[str, Any]:
+    found: dict[str, Any] = {
+        "trace": report.name,
+        "energy_wh": report.energy_wh,
+        "distance_m": report.distance_m,
+        "duration_s": report.duration_s,
+        "wh_per_km": report.wh_per_km,
+        "ledger": report.ledger,
+        "residual": report.residual,
+        "regimes": [
+            {
+                "regime": r.name,
+                "time_s": r.time_s,
+                "distance_m": r.distance_m,
+                "energy_wh": r.energy_wh,
+            }
+            for r in report.regimes
+        ],
+    }
+    if capacity_wh is not None:
+        found["range_km"] = report.range_km(capacity_wh)
+    return found
+
+
+def rows(
+    *reports: EnergyReport, capacity_wh: float | None = None
+) -> list[dict[str, Any]]:
+    """Return the table: a line a sink, then the totals; a column a trace."""
+    from rcc_sim.analyse.energy import table
+
+    return table(reports, capacity_wh)
+
+
+def _regime_rows(reports: list[EnergyReport]) -> list[dict[str, Any]]:
+    from rcc_sim.analyse.energy import regime_table
+
+    return regime_table(reports)

@@ -1,0 +1,193 @@
+"""What a command prints: data on stdout, everything else on stderr."""
+
+from __future__ import annotations
+
+import contextlib
+import csv as csv_format
+import errno
+import io
+import json as json_format
+import math
+import os
+import sys
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import IO, Annotated, Any
+
+import typer
+
+from rcc_sim.errors import InputError
+
+Rows = Sequence[Mapping[str, Any]]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
+Csv = Annotated[bool, typer.Option("--csv", help="Print CSV (the default when piped).")]
+Output = Annotated[
+    Path | None,
+    typer.Option(
+        "--output",
+        "-o",
+        help="Write to this file, whole or not at all.",
+        metavar="FILE",
+    ),
+]
+
+
+def emit(
+    document: Any,
+    rows: Rows,
+    *,
+    json: bool = False,
+    csv: bool = False,
+    output: Path | None = None,
+    title: str = "",
+    shown: Sequence[str] = (),
+) -> None:
+    """Write a result: JSON, CSV, or a table where a person looks on.
+
+    Parameters
+    ----------
+    document : object
+        What ``--json`` prints, whole.
+    rows : sequence of mapping
+        The same as rows, for the table and for CSV.
+    output : Path or None
+        File to write in place of stdout.
+    title : str
+        Line above the table.
+    shown : sequence of str
+        Columns that the table on a terminal shows; all of them unless given.
+    """
+    if output is None:
+        if not (json or csv) and sys.stdout.isatty():
+            part = [{key: row[key] for key in shown} for row in rows] if shown else rows
+            _print_table(part, title)
+            return
+        _write(sys.stdout, document, rows, json)
+        sys.stdout.flush()
+        return
+    with atomic(output) as file:
+        _write(file, document, rows, json)
+
+
+def _write(file: IO[str], document: Any, rows: Rows, json: bool) -> None:
+    if json:
+        file.write(json_format.dumps(_plain(document), indent=1, allow_nan=False))
+        file.write("\n")
+        return
+    if rows:
+        writer = csv_format.writer(file, lineterminator="\n")
+        writer.writerow(rows[0].keys())
+        writer.writerows([_cell(value) for value in row.values()] for row in rows)
+
+
+def say(message: str) -> None:
+    """Tell the person at the keyboard something that is not data."""
+    sys.stderr.write(printable(message) + "\n")
+
+
+def warn(message: str) -> None:
+    """Tell the person at the keyboard what to beware of."""
+    say(f"warning: {message}")
+
+
+def printable(text: str) -> str:
+    """Return the text without control characters (no escape sequence passes)."""
+    return "".join(c if c.isprintable() or c in "\n\t" else "\ufffd" for c in text)
+
+
+@contextlib.contextmanager
+def atomic(path: Path, mode: str = "w") -> Iterator[IO[Any]]:
+    """Open a file for writing that appears whole or not at all.
+
+    Raises
+    ------
+    InputError
+        If the folder is missing, not writable, or the disk is full.
+    """
+    folder = path.parent
+    text = {} if "b" in mode else {"encoding": "utf-8", "newline": ""}
+    temporary = None
+    try:
+        if path.exists() and not path.is_file():  # /dev/null, a named pipe
+            if path.is_dir():
+                raise InputError(f"{path}: is a folder; name a file in it")
+            with open(path, mode, **text) as file:  # type: ignore[call-overload]
+                yield file
+            return
+        number, temporary = tempfile.mkstemp(dir=folder, prefix=f".{path.name}.")
+        with os.fdopen(number, mode, **text) as file:  # type: ignore[call-overload]
+            yield file
+            file.flush()
+            os.fsync(file.fileno())
+        mask = os.umask(0)
+        os.umask(mask)
+        os.chmod(temporary, 0o666 & ~mask)
+        os.replace(temporary, path)
+        temporary = None
+    except OSError as error:
+        if isinstance(error, BrokenPipeError):
+            raise
+        hint = {
+            errno.ENOENT: f"there is no folder {folder}",
+            errno.ENOSPC: "the disk is full; nothing was written",
+        }.get(error.errno or 0, "")
+        raise InputError(f"{path}: cannot be written: {error.strerror}", hint) from None
+    finally:
+        if temporary is not None:
+            with contextlib.suppress(OSError):
+                os.unlink(temporary)
+
+
+def _plain(value: Any) -> Any:
+    """Return what JSON can hold: no NaN, no infinity, no numpy scalar."""
+    if isinstance(value, Mapping):
+        return {str(k): _plain(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(v) for v in value]
+    if hasattr(value, "item") and not isinstance(value, str):
+        value = value.item()
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
+def _cell(value: Any) -> Any:
+    if value is None:
+        return ""
+    if isinstance(value, float):
+        return f"{value:.9g}"
+    return printable(str(value))
+
+
+def readable(value: Any) -> str:
+    """Return a cell as a person reads it: four figures, no noise."""
+    if value is None:
+        return "–"
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    return printable(str(value))
+
+
+def _print_table(rows: Rows, title: str) -> None:
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(title=Text(printable(title)) if title else None, title_justify="left")
+    if not rows:
+        Console().print(Text(printable(title) or "nothing to show"))
+        return
+    for key, value in rows[0].items():
+        number = isinstance(value, int | float)
+        table.add_column(Text(key), justify="right" if number else "left")
+    for row in rows:
+        table.add_row(*(Text(readable(value)) for value in row.values()))
+    Console().print(table)
+
+
+def text_of(rows: Rows) -> str:
+    """Return rows as CSV text."""
+    buffer = io.StringIO()
+    _write(buffer, None, rows, json=False)
+    return buffer.getvalue()

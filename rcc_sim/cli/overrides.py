@@ -1,0 +1,76 @@
+"""Options that change a vehicle for one run: --set, --with, --without."""
+
+from __future__ import annotations
+
+import difflib
+from typing import Annotated, Any
+
+import tomli
+import typer
+
+from rcc_sim.definitions.vehicle import Vehicle, load_vehicle
+from rcc_sim.errors import InputError
+from rcc_sim.physics.effects import EFFECTS
+
+Set = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="A figure, as body.mass_kg=4.1."),
+]
+With = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--with",
+        metavar="ID:PARAM=VALUE",
+        help="Add an effect, as rolling_resistance:coefficient=0.02.",
+    ),
+]
+Without = Annotated[
+    list[str] | None,
+    typer.Option("--without", metavar="ID", help="Take an effect out."),
+]
+
+
+def changed_vehicle(
+    name: str,
+    settings: list[str] | None,
+    added: list[str] | None,
+    removed: list[str] | None,
+) -> Vehicle:
+    """Load a vehicle and apply --set, --with and --without to it."""
+    vehicle = load_vehicle(name)
+    if not (settings or added or removed):
+        return vehicle
+    effects: dict[str, dict[str, Any]] = {}
+    for text in added or []:
+        effect, params = _effect(text)
+        effects.setdefault(effect, {}).update(params)
+    return vehicle.changed(
+        settings=dict(_setting("--set", text) for text in settings or []),
+        effects=effects,
+        without=tuple(removed or ()),
+    )
+
+
+def _setting(option: str, text: str) -> tuple[str, Any]:
+    key, equals, value = text.partition("=")
+    if not equals or not key.strip() or not value.strip():
+        raise InputError(f"{option} {text}: should be KEY=VALUE")
+    try:
+        return key.strip(), tomli.loads(f"x = {value}")["x"]
+    except tomli.TOMLDecodeError:
+        return key.strip(), value.strip()
+
+
+def _effect(text: str) -> tuple[str, dict[str, Any]]:
+    effect, colon, rest = text.partition(":")
+    if effect not in EFFECTS:
+        close = difflib.get_close_matches(effect, EFFECTS, n=1)
+        hint = f"did you mean `{close[0]}`?" if close else "`rccsim effects` lists them"
+        raise InputError(f"--with {text}: no such effect: {effect}", hint)
+    if not colon:
+        names = ", ".join(p.name for p in EFFECTS[effect].params)
+        raise InputError(
+            f"--with {text}: should be ID:PARAM=VALUE",
+            f"{effect} takes {names}",
+        )
+    return effect, dict(_setting("--with", part) for part in rest.split(","))

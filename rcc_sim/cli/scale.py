@@ -1,0 +1,41 @@
+"""`rccsim scale`: a quantity of one vehicle at the size of another."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from rcc_sim.cli.output import Csv, Json, Output, emit
+
+
+def scale(
+    quantity: Annotated[
+        str,
+        typer.Argument(help="speed, time, energy_per_distance, …, or a column's name."),
+    ],
+    value: Annotated[float, typer.Argument(help="Of the vehicle --from. [SI]")],
+    source: Annotated[str, typer.Option("--from", help="Vehicle that it is known of.")],
+    target: Annotated[str, typer.Option("--to", help="Vehicle that it is wanted for.")],
+    json: Json = False,
+    csv: Csv = False,
+    output: Output = None,
+) -> None:
+    """Scale a quantity from one vehicle to another, so that its π-group stays.
+
+    Example: rccsim scale speed 25.3 --from r1t --to rcc
+
+    Example: rccsim scale battery_power_w 40000 --from r1t --to rcc
+    """
+    from rcc_sim.definitions.vehicle import load_vehicle
+    from rcc_sim.similitude.scale import scaled_quantity
+
+    result = scaled_quantity(
+        quantity, value, to=load_vehicle(target), of=load_vehicle(source)
+    )
+    emit(result, [result], json=json, csv=csv, output=output)
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command; a value may be negative."""
+    app.command(name="scale", context_settings={"ignore_unknown_options": True})(scale)

@@ -1,0 +1,164 @@
+"""`rccsim simulate`: drive a vehicle over a cycle."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from rcc_sim.cli.complete import cycle_names, vehicle_names
+from rcc_sim.cli.output import Csv, Json, Output, atomic, emit, say, warn
+from rcc_sim.cli.overrides import Set, With, Without, changed_vehicle
+
+if TYPE_CHECKING:
+    from rcc_sim.simulate.run import LaneChanges, Profile, Run
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the app."""
+    app.command("simulate", epilog=EXAMPLE)(simulate)
+
+
+EXAMPLE = (
+    "Example: rccsim scale-cycle udds --from r1t --to rcc "
+    "| rccsim simulate rcc --cycle - --lane-change-every 20 | rccsim energy -"
+)
+
+
+def simulate(
+    vehicle: Annotated[
+        str, typer.Argument(help="Name or file.", autocompletion=vehicle_names)
+    ],
+    cycle: Annotated[
+        str,
+        typer.Option(
+            "--cycle",
+            help="Name, file, slice as udds[20:125], or - for stdin.",
+            autocompletion=cycle_names,
+        ),
+    ],
+    imposed: Annotated[
+        bool,
+        typer.Option(
+            "--imposed", help="Take the cycle's speed as it is, at its own step."
+        ),
+    ] = False,
+    lane_change_every: Annotated[
+        float | None, typer.Option(help="Distance between lane changes. [m]")
+    ] = None,
+    lane_width: Annotated[
+        float | None, typer.Option(help="Default: one wheelbase. [m]")
+    ] = None,
+    lane_change_length: Annotated[
+        float | None,
+        typer.Option(help="Distance of one change; default: 20 wheelbases. [m]"),
+    ] = None,
+    steer_log: Annotated[
+        str | None,
+        typer.Option(help="CSV with time_s, steer_cmd_rad, to steer by.", metavar="F"),
+    ] = None,
+    with_: With = None,
+    without: Without = None,
+    set_: Set = None,
+    output_rate: Annotated[
+        float | None,
+        typer.Option(
+            help="Rows per second; default: the reference rate (speed mode), 10 Hz "
+            "(torque mode), the cycle's own rows (imposed). [Hz]"
+        ),
+    ] = None,
+    substeps: Annotated[
+        int, typer.Option(help="Time steps per tick of the control loop.", min=1)
+    ] = 1,
+    plot: Annotated[
+        Path | None, typer.Option(help="Draw the run: PNG, SVG or PDF.", metavar="F")
+    ] = None,
+    output: Output = None,
+    csv: Csv = False,
+    json: Json = False,
+) -> None:
+    """Drive a vehicle over a cycle: a trace, with the ledger of where energy went.
+
+    Writes CSV to a pipe or to --output (.parquet for Parquet); on a terminal it
+    shows the summary. Speeds and places are samples, currents, torques and powers
+    means since the row before.
+    """
+    from rcc_sim.definitions.cycle import parse_cycle
+    from rcc_sim.simulate import run as runs
+
+    car = changed_vehicle(vehicle, set_, with_, without)
+    drive = parse_cycle(cycle, sys.stdin)
+    _announce_compiler(imposed)
+    result = runs.simulate(
+        car,
+        drive,
+        imposed=imposed,
+        lanes=_lanes(lane_change_every, lane_width, lane_change_length),
+        steer=_steer(steer_log, lane_change_every),
+        output_rate=output_rate,
+        substeps=substeps,
+    )
+    for note in result.notes:
+        warn(note)
+    if plot is not None:
+        from rcc_sim.report.plots import plot_run, save
+
+        save(plot_run(result.trace), plot)
+    _deliver(result, output, csv=csv, json=json)
+
+
+def _lanes(
+    every: float | None, width: float | None, length: float | None
+) -> LaneChanges | None:
+    from rcc_sim.errors import InputError
+    from rcc_sim.simulate.run import LaneChanges
+
+    if every is None:
+        if width is not None or length is not None:
+            raise InputError("--lane-width and --lane-change-length need "
+                             "--lane-change-every")
+        return None
+    return LaneChanges(every, width, length)
+
+
+def _steer(path: str | None, every: float | None) -> Profile | None:
+    from rcc_sim.errors import InputError
+    from rcc_sim.trace import read_trace
+
+    if path is None:
+        return None
+    if every is not None:
+        raise InputError("--steer-log and --lane-change-every: both would steer")
+    log = read_trace(path)
+    return log["time_s"], log["steer_cmd_rad"]
+
+
+def _announce_compiler(imposed: bool) -> None:
+    from rcc_sim import jit
+
+    if not imposed and not jit.cache_folder().exists():
+        say("compiling the kernel, once for this version (some seconds) ...")
+
+
+def _deliver(result: Run, output: Path | None, *, csv: bool, json: bool) -> None:
+    from rcc_sim.analyse.energy import energy_report
+    from rcc_sim.cli.energy import document, rows
+    from rcc_sim.trace import write_parquet, write_trace
+
+    if output is not None:
+        parquet = output.suffix == ".parquet"
+        with atomic(output, "wb") as file:
+            (write_parquet if parquet else write_trace)(result.trace, file)
+        if not (csv or json):
+            return
+    report = energy_report(result.trace)
+    if json:
+        emit(document(report), [], json=True)
+    elif csv or not sys.stdout.isatty():
+        write_trace(result.trace, sys.stdout.buffer)
+        sys.stdout.buffer.flush()
+    else:
+        emit(None, rows(report), title=report.name)
+        say(f"{len(result.trace)} rows; --output FILE or a pipe gets the trace")

@@ -1,0 +1,118 @@
+"""All that is wrong with a vehicle file, where loading it names the first thing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from rcc_sim.definitions import library, vehicle
+from rcc_sim.definitions.tables import Sensor
+from rcc_sim.definitions.vehicle import ALWAYS, TABLES, faults_of
+from rcc_sim.errors import InputError
+from rcc_sim.physics.effects import EFFECTS
+
+
+def vehicle_faults(name: str | Path) -> list[InputError]:
+    """Return everything that is wrong with a vehicle, each as loading would say it.
+
+    Parameters
+    ----------
+    name : str or Path
+        A name or a path, as for `load_vehicle`.
+
+    Returns
+    -------
+    faults : list of InputError
+        Empty if the vehicle is sound.
+
+    Raises
+    ------
+    InputError
+        If there is no such vehicle.
+    """
+    path = library.find("vehicles", str(name), (".toml",)).path
+    try:
+        raw = vehicle._resolved(path, seen=())
+    except InputError as fault:
+        return [fault]
+    faults = [*_table_faults(raw, str(path)), *_effect_faults(raw, path)]
+    if not faults:  # what is wrong only together
+        faults += _raised(vehicle.build, raw, path=path)
+    return faults
+
+
+def report(names: Sequence[str]) -> list[dict[str, Any]]:
+    """Return one row for each fault of each vehicle, and one for each sound vehicle.
+
+    Returns
+    -------
+    rows : list of dict
+        File, whether it is sound, the problem, and a hint; a name that is nowhere is
+        a problem like any other.
+    """
+    rows = []
+    for name in names:
+        try:
+            faults = vehicle_faults(name)
+        except InputError as fault:
+            faults = [fault]
+        rows += [
+            {"file": name, "sound": False, "problem": str(f), "hint": f.hint}
+            for f in faults
+        ] or [{"file": name, "sound": True, "problem": "", "hint": ""}]
+    return rows
+
+
+def _table_faults(raw: dict[str, Any], where: str) -> Iterator[InputError]:
+    for name in ALWAYS:
+        if name not in raw:
+            yield InputError(f"{where}: [{name}]: missing")
+    for name, table in raw.items():
+        if name not in TABLES and name not in ("sensors", "effects"):
+            yield vehicle._unknown(where, name, (*TABLES, "sensors", "effects"))
+        elif not isinstance(table, dict):
+            yield InputError(f"{where}: {name}: should be a table, [{name}]")
+        elif name in TABLES:
+            yield from _key_faults(TABLES[name], table, where, name)
+        elif name == "sensors":
+            for column, sensor in table.items():
+                at = f"sensors.{column}"
+                yield from _key_faults(Sensor, sensor, where, at)
+
+
+def _key_faults(
+    model: type[BaseModel], table: Any, where: str, name: str
+) -> Iterator[InputError]:
+    if not isinstance(table, dict):
+        yield InputError(f"{where}: {name}: should be a table, [{name}]")
+        return
+    keys = tuple(model.model_fields)
+    for key in table:
+        if key not in keys:
+            yield vehicle._unknown(where, f"{name}.{key}", keys)
+    try:
+        model.model_validate({k: v for k, v in table.items() if k in keys})
+    except ValidationError as error:
+        yield from faults_of(error, where, name)
+
+
+def _effect_faults(raw: dict[str, Any], path: Path) -> Iterator[InputError]:
+    effects = raw.get("effects", {})
+    for name, params in effects.items() if isinstance(effects, dict) else ():
+        faults = _raised(vehicle._checked_effects, {name: params}, str(path))
+        yield from faults
+        for key in () if faults else EFFECTS[name].files:
+            if key in params and not (path.parent / params[key]).is_file():
+                at = f"{path}: effects.{name}.{key}"
+                yield InputError(f"{at}: no such file: {params[key]}")
+
+
+def _raised(check: Any, *args: Any, **options: Any) -> list[InputError]:
+    try:
+        check(*args, **options)
+    except InputError as fault:
+        return [fault]
+    return []

@@ -1,0 +1,180 @@
+"""From a vehicle's edge names to the kernel's symbols: the one place of the mapping."""
+
+from __future__ import annotations
+
+from math import inf, sqrt
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rcc_sim.definitions.figure import Figure
+from rcc_sim.definitions.vehicle import Vehicle
+from rcc_sim.errors import InputError
+from rcc_sim.physics.effects import EFFECTS
+from rcc_sim.physics.params import SPEED, STRAIGHT, TORQUE
+from rcc_sim.physics.powertrain import torque_constant
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+LOOP_RATE = {"speed": 1000.0, "torque": 100.0}
+"""Rate of the control loop where the file states none. [Hz]"""
+
+DRIVER_TIMES = 1.0
+"""Time constant of a driver not stated in the file, in times sqrt(m l / C_F)."""
+
+
+def kernel_params(vehicle: Vehicle, *, commanded: bool) -> dict[str, dict[str, float]]:
+    """Return the kernel's parameters of a vehicle; what it does not state is ideal.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        The definition.
+    commanded : bool
+        Whether its controller is to drive (then the file must state one).
+
+    Raises
+    ------
+    InputError
+        If a figure that this kind of run needs is missing; names the key and why.
+    """
+    for name in vehicle.effects:
+        for key in EFFECTS[name].needs:
+            if key == "motor.poles":
+                _poles(vehicle, name)
+            elif key == "battery.open_circuit_voltage_v":
+                open_circuit_voltage(vehicle, needed_by=name)
+            else:
+                vehicle.figure(key, f"effects.{name} needs it")
+    body, tyres = vehicle.body, vehicle.tyres
+    return {
+        "body": {
+            "m": body.mass_kg.value,
+            "I_z": body.yaw_inertia_kgm2.value,
+            "l_F": body.cg_to_front_axle_m.value,
+            "l_R": body.cg_to_rear_axle_m.value,
+        },
+        "tyre": {
+            "C_F": tyres.front_cornering_stiffness_n_per_rad.value,
+            "C_R": tyres.rear_cornering_stiffness_n_per_rad.value,
+            "r_w": tyres.radius_m.value,
+        },
+        "drive": {"N_d": vehicle.drivetrain.gear_ratio.value},
+        "motor": {
+            "K_t": motor_torque_constant(vehicle) or 0.0,
+            "tau_max": _largest_torque(vehicle),
+            "P_max": _value(vehicle.motor.max_power_w, inf),
+        },
+        "battery": {"u_0": open_circuit_voltage(vehicle) or 1.0},
+        "control": _control(vehicle, commanded),
+        "lanes": {"steer": STRAIGHT, "every": inf, "width": 0.0, "length": 1.0},
+        **_effects(vehicle),
+    }
+
+
+def motor_torque_constant(vehicle: Vehicle) -> float | None:
+    """Return 3/2 N_p/2 λ [N m/A], or None where the file does not state both."""
+    motor = vehicle.motor
+    if motor.poles is None or motor.flux_linkage_wb is None:
+        return None
+    return float(torque_constant(motor.poles, motor.flux_linkage_wb.value))
+
+
+def open_circuit_voltage(vehicle: Vehicle, needed_by: str = "") -> float | None:
+    """Return the battery's open-circuit (else nominal) voltage [V], or None.
+
+    Raises
+    ------
+    InputError
+        If ``needed_by`` names an effect and the file states neither.
+    """
+    battery = vehicle.battery
+    found = battery.open_circuit_voltage_v or battery.nominal_voltage_v
+    if found is None and needed_by:
+        vehicle.figure("battery.open_circuit_voltage_v", f"{needed_by} needs it")
+    return found.value if found else None
+
+
+def efficiency_map(
+    vehicle: Vehicle,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return the motor's map: torque [N m], speed [rad/s], efficiency; 1 if none."""
+    import numpy as np
+
+    name = vehicle.effects.get("motor_efficiency", {}).get("map")
+    if not isinstance(name, str):
+        return np.zeros(1), np.zeros(1), np.ones((1, 1))
+    from rcc_sim.definitions.motor_map import read_motor_map
+
+    folder = vehicle.path.parent if vehicle.path else Path()
+    return read_motor_map(folder / name)
+
+
+def _control(vehicle: Vehicle, commanded: bool) -> dict[str, float]:
+    control = vehicle.controller
+    if control is None:
+        if commanded:
+            raise InputError(
+                f"{vehicle.where}: [controller]: missing (a commanded run needs it)",
+                "state [controller] mode, or run with --imposed",
+            )
+        return {"mode": TORQUE, "i_max": inf, "T_loop": 1.0, "delta_max": inf}
+    if commanded and control.mode == "throttle":
+        raise InputError(
+            f"{vehicle.where}: controller.mode: a throttle cannot follow a cycle",
+            "run with --imposed, which takes the cycle's speed as it is",
+        )
+    if commanded and control.mode == "speed":
+        for key in (
+            "motor.flux_linkage_wb",
+            "controller.proportional_gain_as_per_rad",
+            "controller.integral_gain_a_per_rad",
+            "controller.max_current_a",
+        ):
+            vehicle.figure(key, "the speed loop needs it")
+        _poles(vehicle, "the speed loop")
+    rate = _value(control.loop_rate_hz, LOOP_RATE.get(control.mode, 100.0))
+    return {
+        "mode": SPEED if control.mode == "speed" else TORQUE,
+        "K_p": _value(control.proportional_gain_as_per_rad, 0.0),
+        "K_i": _value(control.integral_gain_a_per_rad, 0.0),
+        "i_max": _value(control.max_current_a, inf),
+        "T_loop": 1.0 / rate,
+        "T_driver": _value(control.driver_time_constant_s, _driver_time(vehicle)),
+        "delta_max": _value(control.max_steer_rad, inf),
+    }
+
+
+def _driver_time(vehicle: Vehicle) -> float:
+    C_F = vehicle.tyres.front_cornering_stiffness_n_per_rad.value
+    return DRIVER_TIMES * sqrt(vehicle.body.mass_kg.value * vehicle.wheelbase / C_F)
+
+
+def _effects(vehicle: Vehicle) -> dict[str, dict[str, float]]:
+    return {
+        name: {
+            **effect.neutral,
+            **{
+                key: figure.value
+                for key, figure in vehicle.effects.get(name, {}).items()
+                if isinstance(figure, Figure)
+            },
+        }
+        for name, effect in EFFECTS.items()
+    }
+
+
+def _largest_torque(vehicle: Vehicle) -> float:
+    if vehicle.controller is not None and vehicle.controller.max_torque_nm:
+        return vehicle.controller.max_torque_nm.value
+    return _value(vehicle.motor.max_torque_nm, inf)
+
+
+def _poles(vehicle: Vehicle, needed_by: str) -> None:
+    if vehicle.motor.poles is None:
+        raise InputError(f"{vehicle.where}: motor.poles: missing ({needed_by} needs it)")
+
+
+def _value(figure: Figure | None, default: float) -> float:
+    return figure.value if figure is not None else default

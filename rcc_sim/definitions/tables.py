@@ -1,0 +1,177 @@
+"""The tables of a vehicle file, their keys, and the sizes that are believable."""
+
+from __future__ import annotations
+
+from math import inf
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+
+from rcc_sim.definitions.figure import Figure
+
+
+def _within(low: float, high: float, *, zero: bool = False) -> AfterValidator:
+    """Refuse a figure outside (low, high), or below zero, or zero unless allowed."""
+
+    def check(figure: Figure) -> Figure:
+        ends = (figure.value, figure.low, figure.high)
+        for number in (end for end in ends if end is not None):
+            if number < 0 or (number == 0 and not zero):
+                rule = "at least 0" if zero else "greater than 0"
+                raise ValueError(f"should be {rule}: {number:g}")
+            if number != 0 and not low <= number <= high:
+                raise ValueError(f"should lie between {low:g} and {high:g}: {number:g}")
+        return figure
+
+    return AfterValidator(check)
+
+
+Mass = Annotated[Figure, _within(0.02, 2e5)]
+Inertia = Annotated[Figure, _within(1e-6, 1e7)]
+Length = Annotated[Figure, _within(0.002, 20.0)]
+Stiffness = Annotated[Figure, _within(0.5, 1e7)]
+Positive = Annotated[Figure, _within(1e-15, 1e15)]
+NotNegative = Annotated[Figure, _within(1e-15, inf, zero=True)]
+
+
+class Table(BaseModel):
+    """A table of the file: frozen, and without keys that nobody reads."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    def figures(self) -> dict[str, Figure]:
+        """Key -> figure, of the keys that are stated."""
+        return {k: v for k, v in self if isinstance(v, Figure)}
+
+
+class Heading(Table):
+    """[vehicle]: what it is called and where its figures come from."""
+
+    name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=80)
+    title: str = ""
+    source: str = ""
+    extends: str = ""
+    notes: str = ""
+
+
+class Body(Table):
+    """[body]: mass, where it sits, how it turns."""
+
+    mass_kg: Mass
+    yaw_inertia_kgm2: Inertia
+    cg_to_front_axle_m: Length
+    cg_to_rear_axle_m: Length
+    cg_height_m: Length | None = None
+    track_width_m: Length | None = None
+
+
+class Tyres(Table):
+    """[tyres]: per TYRE, as in the paper; an axle has two."""
+
+    radius_m: Length
+    front_cornering_stiffness_n_per_rad: Stiffness
+    rear_cornering_stiffness_n_per_rad: Stiffness
+    friction_coefficient: Annotated[Figure, _within(0.02, 5.0)] | None = None
+    type: str = ""
+
+
+class Drivetrain(Table):
+    """[drivetrain]: from the motor shaft to the wheels."""
+
+    gear_ratio: Annotated[Figure, _within(0.1, 200.0)]
+    driven_axle: Literal["front", "rear", "all"] = "all"
+
+
+class Motor(Table):
+    """[motor]: constants of the machine, and its envelope."""
+
+    poles: Annotated[int, Field(ge=2, le=200, multiple_of=2)] | None = None
+    flux_linkage_wb: Positive | None = None
+    average_inductance_h: Positive | None = None
+    inductance_difference_h: NotNegative | None = None
+    velocity_constant_rpm_per_v: Positive | None = None
+    rated_power_w: Positive | None = None
+    rated_torque_nm: Positive | None = None
+    rated_voltage_v: Positive | None = None
+    rated_speed_radps: Positive | None = None
+    max_speed_radps: Positive | None = None
+    max_torque_nm: Positive | None = None
+    max_power_w: Positive | None = None
+
+
+class Battery(Table):
+    """[battery]."""
+
+    chemistry: str = ""
+    configuration: str = ""
+    nominal_voltage_v: Positive | None = None
+    open_circuit_voltage_v: Positive | None = None
+    capacity_ah: Positive | None = None
+    max_discharge_rate_per_h: Positive | None = None
+
+
+class Controller(Table):
+    """[controller]: who decides the motor's torque, and within which limits."""
+
+    mode: Literal["speed", "torque", "throttle"]
+    proportional_gain_as_per_rad: NotNegative | None = None
+    integral_gain_a_per_rad: NotNegative | None = None
+    max_current_a: Positive | None = None
+    peak_current_a: Positive | None = None
+    loop_rate_hz: Annotated[Figure, _within(1.0, 1e5)] | None = None
+    max_torque_nm: Positive | None = None
+    min_input_voltage_v: Positive | None = None
+    max_input_voltage_v: Positive | None = None
+    max_electrical_speed_radps: Positive | None = None
+    bec_voltage_v: Positive | None = None
+    bec_current_a: Positive | None = None
+    max_steer_rad: Annotated[Figure, _within(0.01, 1.5)] | None = None
+    driver_time_constant_s: Positive | None = None
+    force_throttle: list[float] | None = None
+    force_speed_mps: list[float] | None = None
+    force_n: list[list[float]] | None = None
+    force_coefficients: dict[str, Figure] | None = None
+
+
+class Sensor(Table):
+    """[sensors.COLUMN]: what the sensor adds, in the column's unit."""
+
+    noise_sd: NotNegative | None = None
+    bias_sd: NotNegative | None = None
+    resolution: NotNegative | None = None
+    latency_s: NotNegative | None = None
+
+
+ADVICE = {
+    "body.mass_kg": "mass ready to drive, in kg",
+    "body.yaw_inertia_kgm2": "yaw inertia about the centre of mass; "
+    "measure it with `rccsim inertia`",
+    "body.cg_to_front_axle_m": "metres, from the centre of mass; "
+    "find it with `rccsim cg`",
+    "body.cg_to_rear_axle_m": "metres, from the centre of mass; "
+    "find it with `rccsim cg`",
+    "tyres.radius_m": "rolling radius in metres",
+    "tyres.front_cornering_stiffness_n_per_rad": "N/rad of ONE tyre (an axle has two)",
+    "tyres.rear_cornering_stiffness_n_per_rad": "N/rad of ONE tyre (an axle has two)",
+    "drivetrain.gear_ratio": "motor turns per wheel turn",
+    "motor.poles": "number of poles, not of pole pairs: an even number",
+    "controller.mode": 'one of "speed", "torque", "throttle"',
+    "vehicle.name": "letters, digits, _ . and - only",
+}
+"""Key -> what to say when its value is refused."""
+
+LENGTHS = {
+    "body.cg_to_front_axle_m",
+    "body.cg_to_rear_axle_m",
+    "body.cg_height_m",
+    "body.track_width_m",
+    "tyres.radius_m",
+}
+
+
+def advice(key: str, value: Any) -> str:
+    """Return the likely mend of a refused value, or an empty text."""
+    number = value.get("value") if isinstance(value, dict) else value
+    if key in LENGTHS and isinstance(number, int | float) and number > 20:
+        return f"metres are meant; {number:g} mm would be {number / 1000:g}"
+    return ADVICE.get(key, "")

@@ -1,0 +1,423 @@
+"""A vehicle as a user writes it: a TOML file, checked key by key."""
+
+from __future__ import annotations
+
+import copy
+import difflib
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import tomli
+from pydantic import BaseModel, ValidationError
+
+from rcc_sim.definitions import library
+from rcc_sim.definitions.figure import Figure
+from rcc_sim.definitions.tables import (
+    ADVICE,
+    Battery,
+    Body,
+    Controller,
+    Drivetrain,
+    Heading,
+    Motor,
+    Sensor,
+    Table,
+    Tyres,
+    advice,
+)
+from rcc_sim.errors import InputError
+from rcc_sim.physics.effects import EFFECTS
+
+LARGEST_FILE = 1_000_000  # bytes; a vehicle is a page or two of text
+TABLES: dict[str, type[Table]] = {
+    "vehicle": Heading,
+    "body": Body,
+    "tyres": Tyres,
+    "drivetrain": Drivetrain,
+    "motor": Motor,
+    "battery": Battery,
+    "controller": Controller,
+}
+ALWAYS = ("vehicle", "body", "tyres", "drivetrain")
+BULK = (5.0, 5000.0)  # kg/m³; mass over wheelbase cubed of anything on four wheels
+
+
+@dataclass(frozen=True)
+class Vehicle:
+    """A checked vehicle definition.
+
+    Parameters
+    ----------
+    vehicle, body, tyres, drivetrain, motor, battery, controller : Table
+        The tables of the file; the last three are empty where not stated.
+    sensors : dict
+        Column -> sensor.
+    effects : dict
+        Effect id -> parameter -> figure (or file name, for a map).
+    raw : dict
+        The tables as read, after ``extends``; what :meth:`changed` starts from.
+    path : Path or None
+        The file; relative file names inside it count from its folder.
+    origin : str
+        Where it was found: working folder, plugin, shipped.
+    """
+
+    vehicle: Heading
+    body: Body
+    tyres: Tyres
+    drivetrain: Drivetrain
+    motor: Motor
+    battery: Battery
+    controller: Controller | None
+    sensors: dict[str, Sensor]
+    effects: dict[str, dict[str, Figure | str]]
+    raw: dict[str, Any] = field(repr=False, compare=False)
+    path: Path | None = field(default=None, compare=False)
+    origin: str = field(default="", compare=False)
+
+    @property
+    def name(self) -> str:
+        """Name that commands call it by."""
+        return self.vehicle.name
+
+    @property
+    def wheelbase(self) -> float:
+        """Distance between the axles. [m]"""
+        return self.body.cg_to_front_axle_m.value + self.body.cg_to_rear_axle_m.value
+
+    def figures(self) -> dict[str, Figure]:
+        """Dotted key -> figure, of everything that the file states."""
+        found: dict[str, Figure] = {}
+        for table in TABLES:
+            part = getattr(self, table)
+            if part is not None:
+                found |= {f"{table}.{k}": v for k, v in part.figures().items()}
+        for effect, params in self.effects.items():
+            for key, value in params.items():
+                if isinstance(value, Figure):
+                    found[f"effects.{effect}.{key}"] = value
+        return found
+
+    def figure(self, key: str, why: str = "") -> Figure:
+        """Return the figure of a dotted key, such as ``motor.flux_linkage_wb``.
+
+        Raises
+        ------
+        InputError
+            If the file does not state it; ``why`` says what needs it.
+        """
+        found = self.figures().get(key)
+        if found is None:
+            reason = f" ({why})" if why else ""
+            raise InputError(
+                f"{self.where}: {key}: missing{reason}", ADVICE.get(key, "")
+            )
+        return found
+
+    @property
+    def where(self) -> str:
+        """The file, or the name where it did not come from a file."""
+        return str(self.path) if self.path else self.name
+
+    def guesses(self) -> list[str]:
+        """Keys whose figure is a guess by its own source."""
+        return [key for key, figure in self.figures().items() if figure.is_guess]
+
+    def changed(
+        self,
+        *,
+        settings: dict[str, Any] | None = None,
+        effects: dict[str, dict[str, Any]] | None = None,
+        without: tuple[str, ...] = (),
+    ) -> Vehicle:
+        """Return a copy with other figures, effects added, effects taken out.
+
+        Parameters
+        ----------
+        settings : dict
+            Dotted key -> value, as the file would state it.
+        effects : dict
+            Effect id -> parameter -> value; a parameter not named is kept.
+        without : tuple of str
+            Effects to take out.
+        """
+        raw = copy.deepcopy(self.raw)
+        for key, value in (settings or {}).items():
+            node = raw
+            *tables, last = key.split(".")
+            for table in tables:
+                node = node.setdefault(table, {})
+                if not isinstance(node, dict):
+                    raise InputError(f"{key}: no such key in a vehicle file")
+            if not tables:
+                raise InputError(
+                    f"{key}: no such key in a vehicle file",
+                    f"write the table too, as in {_likely_key(key)}",
+                )
+            node[last] = value
+        for name in without:
+            _known_effect(name, self.where)
+            if raw.get("effects", {}).pop(name, None) is None:
+                raise InputError(
+                    f"{self.where}: effects.{name}: the vehicle does not have it",
+                    f"it has {', '.join(self.effects) or 'none'}",
+                )
+        for name, params in (effects or {}).items():
+            raw.setdefault("effects", {}).setdefault(name, {}).update(params)
+        return build(raw, path=self.path, origin=self.origin)
+
+
+def load_vehicle(name: str | Path) -> Vehicle:
+    """Return the vehicle of a file or of a name in the registry.
+
+    Looks for a path, then in the working folder's ``vehicles/``, the user's own
+    folder, installed plugins, and the shipped vehicles.
+
+    Raises
+    ------
+    InputError
+        If there is none, or the file is not sound.
+    """
+    path, origin = library.find("vehicles", str(name), (".toml",))
+    return build(_resolved(path, seen=()), path=path, origin=origin)
+
+
+def build(raw: dict[str, Any], *, path: Path | None, origin: str = "") -> Vehicle:
+    """Check the tables of a vehicle and return it.
+
+    Raises
+    ------
+    InputError
+        Naming file, key, rule and value of the first thing that is wrong.
+    """
+    where = str(path) if path else str(raw.get("vehicle", {}).get("name", "vehicle"))
+    known = (*TABLES, "sensors", "effects")
+    for name, table in raw.items():
+        if name not in known:
+            raise _unknown(where, name, known)
+        if not isinstance(table, dict):
+            raise InputError(f"{where}: {name}: should be a table, [{name}]")
+    _refuse_unknown_keys(raw, where)
+    for name in ALWAYS:
+        if name not in raw:
+            raise InputError(
+                f"{where}: [{name}]: missing",
+                f"a vehicle always has {', '.join(f'[{t}]' for t in ALWAYS)}",
+            )
+    parts: dict[str, Any] = {
+        name: _checked(model, raw.get(name, {}), where, name)
+        for name, model in TABLES.items()
+        if name in raw or name in ("motor", "battery")
+    }
+    parts.setdefault("controller", None)
+    sensors = {
+        column: _checked(Sensor, table, where, f"sensors.{column}")
+        for column, table in raw.get("sensors", {}).items()
+    }
+    _check_sizes(parts["body"], parts["tyres"], where)
+    effects = _checked_effects(raw.get("effects", {}), where)
+    return Vehicle(
+        **parts, sensors=sensors, effects=effects, raw=raw, path=path, origin=origin
+    )
+
+
+def _resolved(path: Path, seen: tuple[Path, ...]) -> dict[str, Any]:
+    """Return the tables of a file laid over those of the vehicle it extends."""
+    raw = _read_toml(path)
+    heading = raw.get("vehicle")
+    base = heading.get("extends") if isinstance(heading, dict) else None
+    if not base:
+        return raw
+    if path.resolve() in seen:
+        chain = " -> ".join(p.stem for p in (*seen, path.resolve()))
+        raise InputError(f"{path}: vehicle.extends: goes round in a circle: {chain}")
+    if not isinstance(base, str):
+        raise InputError(f"{path}: vehicle.extends: should be the name of a vehicle")
+    beside = path.parent / f"{base}.toml"
+    if beside.is_file() and beside.resolve() != path.resolve():
+        parent = beside
+    else:
+        parent, _ = library.find("vehicles", base, (".toml",))
+    merged = _resolved(parent, (*seen, path.resolve()))
+    effects = raw.get("effects", {})
+    for name in effects.pop("without", []) if isinstance(effects, dict) else []:
+        if merged.get("effects", {}).pop(name, None) is None:
+            raise InputError(f"{path}: effects.without: {base} does not have {name}")
+    return _overlaid(merged, raw)
+
+
+def _overlaid(base: dict[str, Any], top: dict[str, Any]) -> dict[str, Any]:
+    """Lay one set of tables over another; a figure is replaced as a whole."""
+    merged = dict(base)
+    for key, value in top.items():
+        below = merged.get(key)
+        is_figure = isinstance(value, dict) and ("value" in value or "low" in value)
+        if isinstance(value, dict) and isinstance(below, dict) and not is_figure:
+            merged[key] = _overlaid(below, value)
+        else:
+            merged[key] = value
+    return merged
+
+
+def _read_toml(path: Path) -> dict[str, Any]:
+    try:
+        size = path.stat().st_size
+        if size > LARGEST_FILE:
+            raise InputError(
+                f"{path}: too large for a vehicle file: {size / 1e6:.1f} MB",
+                "a vehicle is a few kilobytes of TOML; is this a log?",
+            )
+        data = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+    if not data.strip():
+        raise InputError(f"{path}: the file is empty", "`rccsim vehicles new` helps")
+    try:
+        return tomli.loads(data.decode("utf-8-sig"))
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: not text in UTF-8", "is this a TOML file?") from None
+    except tomli.TOMLDecodeError as error:
+        raise InputError(f"{path}: not TOML: {error}") from None
+    except RecursionError:
+        raise InputError(f"{path}: not TOML: nested too deeply") from None
+
+
+def _refuse_unknown_keys(raw: dict[str, Any], where: str) -> None:
+    for name, model in TABLES.items():
+        for key in raw.get(name, {}):
+            if key not in model.model_fields:
+                raise _unknown(where, f"{name}.{key}", tuple(model.model_fields))
+
+
+def _checked(model: type[BaseModel], raw: Any, where: str, table: str) -> Any:
+    if not isinstance(raw, dict):
+        raise InputError(f"{where}: {table}: should be a table, [{table}]")
+    try:
+        return model.model_validate(raw)
+    except ValidationError as error:
+        first, *rest = faults_of(error, where, table)
+        more = f" (and {len(rest)} more)" if rest else ""
+        raise InputError(f"{first}{more}", first.hint) from None
+
+
+def faults_of(error: ValidationError, where: str, table: str) -> list[InputError]:
+    """Return what pydantic found wrong with a table, one error a key."""
+    faults = []
+    for found in error.errors():
+        key = ".".join([table, *(str(p) for p in found["loc"] if isinstance(p, str))])
+        message = found["msg"].removeprefix("Value error, ")
+        if found["type"] == "missing":
+            message = "missing"
+        elif ": " not in message:
+            message = f"{message[0].lower()}{message[1:]}: {_short(found['input'])}"
+        hint = advice(key, found["input"])
+        faults.append(InputError(f"{where}: {key}: {message}", hint))
+    return faults
+
+
+def _checked_effects(
+    raw: dict[str, Any], where: str
+) -> dict[str, dict[str, Figure | str]]:
+    checked: dict[str, dict[str, Figure | str]] = {}
+    for name, params in raw.items():
+        _known_effect(name, where)
+        if not isinstance(params, dict):
+            raise InputError(f"{where}: effects.{name}: should be a table")
+        checked[name] = _checked_params(name, params, where)
+    for name in checked:
+        for other in EFFECTS[name].excludes:
+            if other not in checked:
+                continue
+            if name == "motor_efficiency" and "map" not in checked[name]:
+                continue  # a bare scale may stand beside single loss terms
+            raise InputError(
+                f"{where}: effects.{name}: stands in place of {other}, "
+                "and the file states both",
+                f"take one of them out; {name} already holds {other}",
+            )
+    return checked
+
+
+def _checked_params(
+    name: str, raw: dict[str, Any], where: str
+) -> dict[str, Figure | str]:
+    effect = EFFECTS[name]
+    known = {param.name: param for param in effect.params}
+    params: dict[str, Figure | str] = {}
+    for key, value in raw.items():
+        at = f"effects.{name}.{key}"
+        if key in effect.files:
+            if not isinstance(value, str):
+                raise InputError(f"{where}: {at}: should be the name of a file")
+            params[key] = value
+            continue
+        if key not in known:
+            raise _unknown(where, at, (*known, *effect.files))
+        try:
+            figure = Figure.parse(value)
+        except ValueError as error:
+            raise InputError(f"{where}: {at}: {error}") from None
+        low, high = known[key].bounds
+        for number in (figure.value, figure.low, figure.high):
+            if number is not None and not low <= number <= high:
+                raise InputError(
+                    f"{where}: {at}: should lie between {low:g} and {high:g}: "
+                    f"{number:g}",
+                    known[key].about,
+                )
+        params[key] = figure
+    for param in effect.params:
+        if param.name not in params and not param.optional:
+            raise InputError(
+                f"{where}: effects.{name}.{param.name}: missing", param.about
+            )
+    if not params:
+        names = ", ".join((*known, *effect.files))
+        raise InputError(f"{where}: effects.{name}: states nothing", f"give {names}")
+    return params
+
+
+def _check_sizes(body: Body, tyres: Tyres, where: str) -> None:
+    """Refuse figures that are each believable and together are not."""
+    l = body.cg_to_front_axle_m.value + body.cg_to_rear_axle_m.value
+    m, I_z = body.mass_kg.value, body.yaw_inertia_kgm2.value
+    if not BULK[0] <= m / l**3 <= BULK[1]:
+        raise InputError(
+            f"{where}: body.mass_kg: {m:g} kg does not go with a wheelbase of {l:g} m",
+            "one of them is in another unit; kg and m are meant",
+        )
+    if not 0.01 <= I_z / (m * l * l) <= 1.0:
+        raise InputError(
+            f"{where}: body.yaw_inertia_kgm2: {I_z:g} does not go with {m:g} kg "
+            f"and a wheelbase of {l:g} m",
+            f"about {0.13 * m * l * l:.3g} kg m² would be usual",
+        )
+    if tyres.radius_m.value > l / 2:
+        raise InputError(
+            f"{where}: tyres.radius_m: {tyres.radius_m.value:g} m does not go with "
+            f"a wheelbase of {l:g} m"
+        )
+
+
+def _known_effect(name: str, where: str) -> None:
+    if name not in EFFECTS:
+        raise _unknown(where, f"effects.{name}", tuple(EFFECTS))
+
+
+def _unknown(where: str, key: str, known: tuple[str, ...]) -> InputError:
+    last = key.rpartition(".")[2]
+    close = difflib.get_close_matches(last, known, n=1, cutoff=0.6)
+    hint = f"did you mean `{close[0]}`?" if close else f"there are {', '.join(known)}"
+    return InputError(f"{where}: {key}: no such key", hint)
+
+
+def _likely_key(key: str) -> str:
+    keys = [f"{t}.{k}" for t, model in TABLES.items() for k in model.model_fields]
+    by_last = [k for k in keys if k.endswith("." + key)]
+    return by_last[0] if by_last else "body.mass_kg"
+
+
+def _short(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."

@@ -1,0 +1,51 @@
+"""The errors a user can cause, and the checks that raise them."""
+
+from __future__ import annotations
+
+import math
+
+
+class RccError(Exception):
+    """Base of every error that rccsim raises on purpose.
+
+    Parameters
+    ----------
+    message : str
+        Where, what must hold, what was found: ``FILE: KEY: rule: value``.
+    hint : str
+        How to put it right; empty where there is nothing useful to say.
+    """
+
+    exit_code = 2
+
+    def __init__(self, message: str, hint: str = "") -> None:
+        super().__init__(message)
+        self.hint = hint
+
+
+class InputError(RccError):
+    """Something that the user gave is wrong: a file, a key, a row, an option."""
+
+
+class CheckFailed(RccError):
+    """A check that was asked for failed (exit code 1)."""
+
+    exit_code = 1
+
+
+class LedgerError(CheckFailed):
+    """An energy ledger does not close: the run cannot be trusted."""
+
+
+def require_positive(**values: object) -> None:
+    """Raise unless every value, scalar or sequence, is finite and positive.
+
+    Raises
+    ------
+    InputError
+        Naming the first argument that is not, and the number found.
+    """
+    for name, value in values.items():
+        for number in value if hasattr(value, "__iter__") else (value,):  # type: ignore[attr-defined]
+            if not (math.isfinite(number) and number > 0):
+                raise InputError(f"{name}: should be finite and positive: {number:g}")

@@ -1,0 +1,85 @@
+"""The only compiler decorator: plain Python functions with a machine-code twin.
+
+A function marked with :func:`jit` stays plain Python, so short runs pay for no
+compiler and importing the physics costs nothing. :func:`compiled` builds its
+machine-code twin with numba, and with it the twins of every marked function that
+it calls. Both give the same result to the last bit: no fast-math, no reordering.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from types import FunctionType
+from typing import Any, TypeVar
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def jit(function: F) -> F:
+    """Mark a function as kernel code (floats, arrays and records only).
+
+    Kernel code calls other kernel code by its bare name (``from x import f``).
+    """
+    function.__kernel__ = True  # type: ignore[attr-defined]
+    return function
+
+
+@functools.cache
+def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return the machine-code twin of a function marked with :func:`jit`.
+
+    The twin is cached on disk below :func:`cache_folder`, whose name follows the
+    source of the whole package: an edit anywhere is a new cache, because numba's
+    own check looks at the file of the called function alone.
+    """
+    import numba
+
+    assert isinstance(function, FunctionType)
+    numba.config.CACHE_DIR = str(cache_folder())
+    twin = FunctionType(
+        function.__code__,
+        {
+            "__builtins__": __builtins__,
+            "__name__": function.__module__,
+            **{
+                name: compiled(value) if hasattr(value, "__kernel__") else value
+                for name, value in function.__globals__.items()
+                if name in function.__code__.co_names
+            },
+        },
+        function.__name__,
+        function.__defaults__,
+    )
+    twin.__module__ = function.__module__
+    twin.__qualname__ = function.__qualname__
+    return numba.njit(cache=True, error_model="numpy", forceinline=True)(twin)
+
+
+def compiler_is_loaded() -> bool:
+    """Tell whether numba has been paid for already in this process."""
+    return "numba" in sys.modules
+
+
+@functools.cache
+def cache_folder() -> Path:
+    """Return the folder that holds the compiled kernels of exactly this source."""
+    import platformdirs
+
+    root = os.environ.get("RCCSIM_CACHE") or platformdirs.user_cache_dir("rccsim")
+    return Path(root) / f"kernels-{source_digest()}"
+
+
+@functools.cache
+def source_digest() -> str:
+    """Return a digest of the package's kernel source (everything in physics/)."""
+    package = Path(__file__).parent
+    digest = hashlib.blake2b(digest_size=8)
+    for path in sorted([*package.glob("physics/**/*.py"), Path(__file__)]):
+        digest.update(path.relative_to(package).as_posix().encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()

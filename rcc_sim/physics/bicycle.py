@@ -1,0 +1,97 @@
+"""The planar bicycle: turning of the velocity, axle forces, cornering imposed."""
+
+import math
+
+from rcc_sim.jit import jit
+from rcc_sim.physics.effects.tyre_saturation import tyre_force, tyre_stiffness
+
+
+@jit
+def turn_velocity(c, s, dt):
+    """Turn (v_x, v_y) as the body axes turn by r dt: the m v r terms of Newton's law.
+
+    (m + J n²) dv_x/dt = m v_y r and m dv_y/dt = -m v_x r keep the kinetic energy of
+    body and rotor; the Cayley map of the rotation keeps it to the last bit.
+    """
+    if s.r == 0.0:
+        return
+    g = math.sqrt(c.m_spin / c.m)
+    q = 0.5 * s.r * dt / g
+    cos = (1.0 - q * q) / (1.0 + q * q)
+    sin = 2.0 * q / (1.0 + q * q)
+    w = g * s.v_x
+    v_y = cos * s.v_y - sin * w
+    w1 = cos * w + sin * s.v_y
+    if w1 < 0.0:  # sliding sideways past 90°: the wheels do not roll back
+        v_y = math.copysign(math.sqrt(v_y * v_y + w1 * w1), v_y)
+        w1 = 0.0
+    s.v_x = w1 / g
+    s.v_y = v_y
+
+
+@jit
+def axle_slip(u, w, v_slip):
+    """Slip angle [rad] of an axle that moves at u [m/s] across and w along its wheels.
+
+    atan2(u, w) with w smoothly kept above v_slip [m/s], so that a standing wheel
+    has no slip angle; the same as atan2(v_y + l_F r, v_x) - delta when rolling.
+    """
+    return math.atan2(u, math.sqrt(w * w + v_slip * v_slip))
+
+
+@jit
+def axle_damping(u, w, v_slip, C, D):
+    """Slope [N s/m] of an axle's lateral force (two tyres) in its lateral speed u."""
+    W = math.sqrt(w * w + v_slip * v_slip)
+    return 2.0 * tyre_stiffness(math.atan2(u, W), C, D) * W / (W * W + u * u)
+
+
+@jit
+def corner(c, s, u, f, v, dt):
+    """Axle forces F_F, F_R [N] and mid-step v_y, r: the two lateral equations.
+
+    m dv_y/dt = F_F cos δ + F_R (the turning of the axes is done elsewhere) and
+    I_z dr/dt = l_F F_F cos δ - l_R F_R by the implicit midpoint rule, tyre forces
+    linear about the start of the step: second order, stable down to standstill.
+    """
+    f.F_F = 0.0
+    f.F_R = 0.0
+    f.v_y = s.v_y
+    f.r = s.r
+    if u.delta == 0.0 and s.v_y == 0.0 and s.r == 0.0:
+        return
+    across = s.v_y + c.l_F * s.r
+    u_F = u.cos_delta * across - u.sin_delta * v
+    w_F = u.cos_delta * v + u.sin_delta * across
+    u_R = s.v_y - c.l_R * s.r
+    F_F = -2.0 * tyre_force(axle_slip(u_F, w_F, c.v_slip), c.C_F, c.D_F)
+    F_R = -2.0 * tyre_force(axle_slip(u_R, v, c.v_slip), c.C_R, c.D_R)
+    K_F = axle_damping(u_F, w_F, c.v_slip, c.C_F, c.D_F) * u.cos_delta
+    K_R = axle_damping(u_R, v, c.v_slip, c.C_R, c.D_R)
+    K = K_F * u.cos_delta
+    a11 = 2.0 * c.m / dt + K + K_R
+    a12 = K * c.l_F - K_R * c.l_R
+    a22 = 2.0 * c.I_z / dt + K * c.l_F * c.l_F + K_R * c.l_R * c.l_R
+    b1 = F_F * u.cos_delta + F_R
+    b2 = c.l_F * F_F * u.cos_delta - c.l_R * F_R
+    det = a11 * a22 - a12 * a12
+    dv_y = (b1 * a22 - b2 * a12) / det
+    dr = (b2 * a11 - b1 * a12) / det
+    f.F_F = F_F - K_F * (dv_y + c.l_F * dr)
+    f.F_R = F_R - K_R * (dv_y - c.l_R * dr)
+    f.v_y = s.v_y + dv_y
+    f.r = s.r + dr
+
+
+@jit
+def steady_axle_forces(c, f, v, r, r_dot):
+    """Axle forces [N] that carry a vehicle round at v [m/s], r [rad/s], r_dot.
+
+    From m v r = F_F + F_R and I_z dr/dt = l_F F_F - l_R F_R at small steer; the
+    sideslip is taken as settled.
+    """
+    a_y = v * r
+    f.F_F = (c.m * a_y * c.l_R + c.I_z * r_dot) / c.l
+    f.F_R = (c.m * a_y * c.l_F - c.I_z * r_dot) / c.l
+    f.r = r
+    f.v_y = 0.0

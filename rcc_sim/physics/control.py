@@ -1,0 +1,77 @@
+"""Who decides the torque: the speed loop of a scaled car, the driver of a car."""
+
+from rcc_sim.jit import jit
+from rcc_sim.physics.effects.current_limit import limited_current
+from rcc_sim.physics.effects.speed_dead_zone import commands_nothing, seen_speed
+from rcc_sim.physics.powertrain import torque_envelope
+
+
+@jit
+def speed_loop(p, c, s, u):
+    """Torque [N m] of the ESC's PI loop on motor speed, limited and wound up never.
+
+    The integral waits while the output is at a limit and the error drives it
+    further; it is zeroed when the reference is 0 or inside the dead zone.
+    """
+    omega_ref = u.v_ref * c.n_file
+    threshold = p.speed_dead_zone.threshold_radps
+    if commands_nothing(omega_ref, threshold):
+        s.integral = 0.0
+        return 0.0
+    error = omega_ref - seen_speed(c.n * s.v_x, threshold)
+    integral = s.integral + p.control.K_i * error * p.control.T_loop
+    if omega_ref == 0.0:
+        integral = 0.0
+    i_q = p.control.K_p * error + integral
+    high = limited_current(c.i_max, p.current_limit.max_current_a)
+    low = max(-c.i_max, c.tau_min / c.K_t)
+    if i_q > high:
+        i_q = high
+        if error > 0.0:
+            integral = s.integral
+    elif i_q < low:
+        i_q = low
+        if error < 0.0:
+            integral = s.integral
+    s.integral = integral
+    return c.K_t * i_q
+
+
+@jit
+def driver(p, c, s, u, F_resist):
+    """Wheel force [N] that a driver asks for to follow the reference.
+
+    Knows the vehicle's mass and resistance F_resist [N]; what is left of the speed
+    error is closed with time constant T_d, and its integral with 4 T_d.
+    """
+    T_d = p.control.T_driver
+    error = u.v_ref - s.v_x
+    if u.v_ref == 0.0:
+        s.integral = 0.0
+    else:
+        s.integral += error * p.control.T_loop
+        s.integral = min(max(s.integral, -T_d), T_d)  # bounded: no wind-up
+    demand = u.a_ref + error / T_d + s.integral / (4.0 * T_d * T_d)
+    if u.v_ref == 0.0 and u.a_ref == 0.0:
+        demand -= 1.0 / T_d  # a foot on the brake at standstill
+    return (c.m + c.J * c.n * c.n) * demand + F_resist
+
+
+@jit
+def split_force(p, c, F, omega, tau_loss):
+    """Motor torque [N m] and friction-brake force [N] for a wheel force F [N].
+
+    The motor gives what its envelope allows; below its braking limit, friction
+    brakes do the rest.
+    """
+    wanted = F / c.n + tau_loss
+    high = torque_envelope(p.motor.tau_max, p.motor.P_max, omega)
+    if c.K_t > 0.0:
+        i_max = limited_current(c.i_max, p.current_limit.max_current_a)
+        high = min(high, i_max * c.K_t)
+    low = max(c.tau_min, -torque_envelope(p.motor.tau_max, p.motor.P_max, omega))
+    if wanted > high:
+        return high, 0.0
+    if wanted < low:
+        return low, (low - wanted) * c.n
+    return wanted, 0.0

@@ -1,0 +1,30 @@
+"""Wind along the road."""
+
+from rcc_sim.jit import jit
+from rcc_sim.physics.effect import Effect, Param
+
+
+@jit
+def air_speed(v_x, wind):
+    """Speed [m/s] against the air at road speed v_x and headwind wind [m/s]."""
+    return v_x + wind
+
+
+EFFECT = Effect(
+    id="headwind",
+    title="headwind",
+    equation="v_air = v_x + w",
+    params=(
+        Param(
+            "speed_mps",
+            neutral=0.0,
+            bounds=(-60.0, 60.0),
+            typical=(-5.0, 5.0),
+            about="wind w against the drive; negative from behind",
+        ),
+    ),
+    channels=("motor_current_a", "battery_power_w"),
+    needs=("effects.aerodynamic_drag.drag_area_m2",),
+    seen_as="drag that differs between the two directions of a road",
+    source="definition; acts through aerodynamic_drag",
+)

@@ -1,0 +1,79 @@
+"""Measured efficiency of motor and inverter, in place of the single loss terms."""
+
+from rcc_sim.jit import jit
+from rcc_sim.physics.effect import Effect, Param
+
+ETA_MIN = 0.02  # 1; no map is believed below this: it would ask for endless power
+
+
+@jit
+def cell_of(x, grid):
+    """Index of the cell of an increasing grid that holds x; the ends are clamped."""
+    lo = 0
+    hi = len(grid) - 1
+    while hi - lo > 1:
+        mid = (lo + hi) // 2
+        if grid[mid] <= x:
+            lo = mid
+        else:
+            hi = mid
+    return lo
+
+
+@jit
+def outside_map(tau, omega, map_tau, map_omega):
+    """Tell whether |tau| [N m] or omega [rad/s] lies outside the measured grid."""
+    return abs(tau) > map_tau[-1] or omega > map_omega[-1]
+
+
+@jit
+def map_efficiency(tau, omega, scale, map_tau, map_omega, map_eta):
+    """Efficiency [1] at shaft torque tau [N m] and speed omega [rad/s].
+
+    Bilinear in the measured grid, clamped at its edge; a grid of a single point
+    is a constant. ``scale`` multiplies it.
+    """
+    if len(map_tau) < 2 or len(map_omega) < 2:
+        return max(scale * map_eta[0, 0], ETA_MIN)
+    i = cell_of(abs(tau), map_tau)
+    j = cell_of(omega, map_omega)
+    a = (abs(tau) - map_tau[i]) / (map_tau[i + 1] - map_tau[i])
+    b = (omega - map_omega[j]) / (map_omega[j + 1] - map_omega[j])
+    a = min(max(a, 0.0), 1.0)
+    b = min(max(b, 0.0), 1.0)
+    low = map_eta[i, j] * (1.0 - b) + map_eta[i, j + 1] * b
+    high = map_eta[i + 1, j] * (1.0 - b) + map_eta[i + 1, j + 1] * b
+    return max(scale * (low * (1.0 - a) + high * a), ETA_MIN)
+
+
+@jit
+def conversion_loss(P_shaft, eta):
+    """Loss [W] at shaft power P_shaft [W]: P/η - P motoring, |P| (1 - η) braking."""
+    if P_shaft >= 0.0:
+        return P_shaft / eta - P_shaft
+    return P_shaft * eta - P_shaft
+
+
+EFFECT = Effect(
+    id="motor_efficiency",
+    title="efficiency of motor and inverter",
+    equation="P_elec = tau omega / eta when motoring, tau omega eta when braking; "
+    "eta = scale * map(|tau|, omega)",
+    params=(
+        Param(
+            "scale",
+            neutral=1.0,
+            bounds=(0.05, 1.2),
+            typical=(0.6, 0.97),
+            about="factor on the map; without a map the efficiency itself",
+            optional=True,
+        ),
+    ),
+    files=("map",),
+    channels=("battery_power_w", "battery_current_a"),
+    sink="motor_efficiency",
+    excludes=("copper_loss", "iron_loss"),
+    seen_as="battery power short in proportion to shaft power, both ways",
+    source="S. Kumari et al., Development of a scaled setup, figs. of motor maps; "
+    "P_b = tau omega / eta when motoring",
+)

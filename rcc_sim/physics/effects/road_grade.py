@@ -1,0 +1,39 @@
+"""Slope of the road."""
+
+import math
+
+from rcc_sim.jit import jit
+from rcc_sim.physics.effect import Effect, Param
+from rcc_sim.units import G
+
+
+@jit
+def grade_force(m, slope):
+    """Weight m g sin(θ) [N] against the drive; slope = tan θ, positive uphill."""
+    return m * G * slope / math.sqrt(1.0 + slope * slope)
+
+
+@jit
+def wheel_load(m, slope):
+    """Force m g cos(θ) [N] of the vehicle on the road; slope = tan θ."""
+    return m * G / math.sqrt(1.0 + slope * slope)
+
+
+EFFECT = Effect(
+    id="road_grade",
+    title="slope of the road",
+    equation="F = m g sin(atan(slope))",
+    params=(
+        Param(
+            "slope",
+            neutral=0.0,
+            bounds=(-0.4, 0.4),
+            typical=(-0.06, 0.06),
+            about="rise over run, positive uphill",
+        ),
+    ),
+    channels=("accel_x_mps2", "motor_current_a", "battery_power_w"),
+    sink="road_grade",
+    seen_as="a force with the sign of the direction driven",
+    source="T. D. Gillespie, Fundamentals of Vehicle Dynamics, SAE, 1992, ch. 4",
+)

@@ -1,0 +1,50 @@
+"""Road load as certified on a track: A + B v + C v²."""
+
+from rcc_sim.jit import jit
+from rcc_sim.physics.effect import Effect, Param
+
+
+@jit
+def road_load_force(v_x, a, b, c):
+    """Certified force A + B v + C v² [N] of a rolling vehicle at v_x [m/s]."""
+    return a + b * v_x + c * v_x * v_x
+
+
+EFFECT = Effect(
+    id="road_load",
+    title="certified road load",
+    equation="F = A + B v + C v^2",
+    params=(
+        Param(
+            "a_n",
+            neutral=0.0,
+            bounds=(-100.0, 5000.0),
+            typical=(1.0, 250.0),
+            about="constant part A",
+        ),
+        Param(
+            "b_n_s_per_m",
+            neutral=0.0,
+            bounds=(-50.0, 500.0),
+            typical=(-1.0, 12.0),
+            about="part B that grows with speed",
+        ),
+        Param(
+            "c_n_s2_per_m2",
+            neutral=0.0,
+            bounds=(-1.0, 50.0),
+            typical=(0.01, 0.8),
+            about="part C that grows with its square",
+        ),
+    ),
+    channels=("motor_current_a", "battery_power_w"),
+    sink="road_load",
+    excludes=(
+        "rolling_resistance",
+        "aerodynamic_drag",
+        "drivetrain_damping",
+        "drivetrain_friction",
+    ),
+    seen_as="a coast-down that slows faster than the file says",
+    source="SAE J2263 (coast-down); US EPA test-car list, target coefficients",
+)

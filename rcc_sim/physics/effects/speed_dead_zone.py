@@ -1,0 +1,37 @@
+"""Sensorless motors are blind at low speed: no feedback, no command."""
+
+from rcc_sim.jit import jit
+from rcc_sim.physics.effect import Effect, Param
+
+
+@jit
+def seen_speed(omega, threshold):
+    """Motor speed [rad/s] that the controller sees: 0 below the threshold."""
+    if abs(omega) < threshold:
+        return 0.0
+    return omega
+
+
+@jit
+def commands_nothing(omega_ref, threshold):
+    """Tell whether a reference [rad/s] is too small to command anything."""
+    return abs(omega_ref) < threshold
+
+
+EFFECT = Effect(
+    id="speed_dead_zone",
+    title="dead zone of the sensorless speed loop",
+    equation="omega_seen = 0 and command 0 below the threshold",
+    params=(
+        Param(
+            "threshold_radps",
+            neutral=0.0,
+            bounds=(0.0, 1000.0),
+            typical=(20.0, 150.0),
+            about="motor speed below which the observer gives nothing",
+        ),
+    ),
+    channels=("motor_current_a", "battery_power_w"),
+    seen_as="a current spike at every launch, nothing at creeping references",
+    source="S. Kumari et al., Development of a scaled setup, appendix A.4",
+)

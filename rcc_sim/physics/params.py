@@ -1,0 +1,69 @@
+"""What the kernel reads and writes, by name: parameters, state, flows, sinks."""
+
+from __future__ import annotations
+
+from rcc_sim.physics.effects import EFFECTS
+from rcc_sim.physics.record import Schema, floats
+
+SPEED, TORQUE = 0.0, 1.0
+"""Modes of the controller."""
+
+STRAIGHT, LOGGED, FOLLOW = 0.0, 1.0, 2.0
+"""Where the steering angle comes from: nowhere, a log, the path follower."""
+
+PARAMS: Schema = {
+    "body": floats("m", "I_z", "l_F", "l_R"),
+    "tyre": floats("C_F", "C_R", "r_w"),
+    "drive": floats("N_d"),
+    "motor": floats("K_t", "tau_max", "P_max"),
+    "battery": floats("u_0"),
+    "control": floats("mode", "K_p", "K_i", "i_max", "T_loop", "T_driver", "delta_max"),
+    "lanes": floats("steer", "every", "width", "length"),
+    **{name: floats(*effect.neutral) for name, effect in EFFECTS.items()},
+}
+"""Parameters of a run: the vehicle's figures, and one table per effect."""
+
+CHASSIS: Schema = floats(
+    "m", "I_z", "l_F", "l_R", "l", "C_F", "C_R", "D_F", "D_R",
+    "n", "n_file", "J", "m_spin", "K_t", "tau_min", "i_max",
+    "v_slip", "t_char", "E_0", "E_rotor_0",
+)  # fmt: skip
+"""Constants of a run, worked out once from the parameters by ``step.prepare``."""
+
+STATE: Schema = floats(
+    "t", "v_x", "v_y", "r", "x", "y", "psi", "s", "z", "a_x", "integral",
+    "ref_at", "steer_at", "grade_at", "aux_at",
+)  # fmt: skip
+"""What the vehicle carries from step to step; the last four are places in tables."""
+
+INPUTS: Schema = floats(
+    "v_ref", "a_ref", "tau", "brake", "delta", "sin_delta", "cos_delta", "slope", "aux"
+)
+"""What acts on the vehicle during one step."""
+
+FORCES: Schema = floats(
+    "roll", "aero", "grade", "road", "visc", "dry", "iron", "F_F", "F_R",
+    "v_y", "r", "a", "v", "T_L", "k", "moving",
+)  # fmt: skip
+"""Forces [N] and shaft torques [N m] at the middle of one step."""
+
+FLOW: Schema = floats(
+    "dt", "a_x", "a_y", "i_q", "tau", "P", "i", "u", "aux", "E", "E_abs", "short",
+    "tau_over", "P_over", "outside",
+)  # fmt: skip
+"""Time integrals since the last row, and what went beyond the vehicle's means."""
+
+ROW: Schema = floats(
+    "t", "v_ref", "delta", "v", "v_y", "r", "a_x", "a_y", "i_q", "tau", "u", "i", "P",
+    "x", "y", "psi", "z", "slope", "aux", "s", "E", "E_abs",
+)  # fmt: skip
+"""One row of the trace: samples, and means since the row before."""
+
+SINKS: tuple[str, ...] = (
+    "kinetic",
+    *(effect.sink for effect in EFFECTS.values() if effect.sink),
+    "tyre_slip_front",
+    "tyre_slip_rear",
+    "brakes",
+)
+"""Lines of the energy ledger, in the order that reports give them."""

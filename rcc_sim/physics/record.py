@@ -1,0 +1,82 @@
+"""Records: named floats that the kernel reads and writes, compiled or not.
+
+A schema maps a field to ``None`` (a float) or to another schema. The compiled
+kernel sees a numpy structured array, the interpreted one plain objects with the
+same field names; both index it with ``[0]`` first, so kernel code is one.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Iterable, Mapping
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import numpy as np
+
+Schema = Mapping[str, Any]
+
+
+def floats(*names: str) -> dict[str, None]:
+    """Return the schema of a flat record of floats."""
+    return dict.fromkeys(names)
+
+
+class Rows(list[Any]):
+    """Interpreted array of records: assigning a row copies it, as numpy does."""
+
+    def __setitem__(self, index: Any, value: Any) -> None:
+        """Copy ``value`` into row ``index``."""
+        super().__setitem__(index, copy.copy(value))
+
+
+def dtype_of(schema: Schema) -> np.dtype[Any]:
+    """Return the numpy dtype of a schema."""
+    import numpy as np
+
+    return np.dtype(
+        [(k, "f8" if v is None else dtype_of(v)) for k, v in schema.items()]
+    )
+
+
+def array(schema: Schema, rows: int = 1) -> np.ndarray[Any, Any]:
+    """Return zeroed records for the compiled kernel."""
+    import numpy as np
+
+    return np.zeros(rows, dtype_of(schema))
+
+
+def plain(schema: Schema, rows: int = 1) -> Rows:
+    """Return zeroed records for the interpreted kernel."""
+    return Rows(_plain(schema) for _ in range(rows))
+
+
+def fill(record: Any, values: Mapping[str, Any]) -> None:
+    """Write nested values into one record of either kind."""
+    for key, value in values.items():
+        if isinstance(value, Mapping):
+            inner = getattr(record, key) if _is_plain(record) else record[key]
+            fill(inner, value)
+        elif _is_plain(record):
+            setattr(record, key, float(value))
+        else:
+            record[key] = value
+
+
+def column(records: Any, field: str) -> np.ndarray[Any, Any]:
+    """Return one field of all records as a float array."""
+    import numpy as np
+
+    if isinstance(records, Rows):
+        return np.array([getattr(row, field) for row in records], dtype=float)
+    return np.ascontiguousarray(records[field])
+
+
+def _is_plain(record: Any) -> bool:
+    return isinstance(record, SimpleNamespace)
+
+
+def _plain(schema: Schema) -> SimpleNamespace:
+    items: Iterable[tuple[str, Any]] = schema.items()
+    return SimpleNamespace(**{k: 0.0 if v is None else _plain(v) for k, v in items})

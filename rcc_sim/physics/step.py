@@ -1,0 +1,282 @@
+"""One time step: forces, motion, energy. Reads as the model is described.
+
+Every power is booked as the very force that moved the vehicle times the speed at
+the middle of the step, (v0 + v1)/2, so that the work done is exactly the change of
+kinetic energy, and the ledger closes to rounding without a line for the remainder.
+"""
+
+import math
+
+from rcc_sim.jit import jit
+from rcc_sim.physics.bicycle import corner, steady_axle_forces, turn_velocity
+from rcc_sim.physics.effects.aerodynamic_drag import drag_force
+from rcc_sim.physics.effects.auxiliary_load import auxiliary_power
+from rcc_sim.physics.effects.battery_resistance import terminal_current
+from rcc_sim.physics.effects.copper_loss import copper_power
+from rcc_sim.physics.effects.drivetrain_damping import damping_torque
+from rcc_sim.physics.effects.drivetrain_friction import friction_torque
+from rcc_sim.physics.effects.gear_loss import gear_transmission
+from rcc_sim.physics.effects.headwind import air_speed
+from rcc_sim.physics.effects.iron_loss import iron_torque
+from rcc_sim.physics.effects.motor_efficiency import (
+    conversion_loss,
+    map_efficiency,
+    outside_map,
+)
+from rcc_sim.physics.effects.payload import loaded
+from rcc_sim.physics.effects.regeneration_limit import braking_limit
+from rcc_sim.physics.effects.road_grade import grade_force, wheel_load
+from rcc_sim.physics.effects.road_load import road_load_force
+from rcc_sim.physics.effects.rolling_resistance import rolling_force
+from rcc_sim.physics.effects.rotor_inertia import reflected_mass
+from rcc_sim.physics.effects.tyre_saturation import slip_angle
+from rcc_sim.physics.effects.wheel_radius import true_radius
+from rcc_sim.physics.powertrain import q_current, torque_envelope
+from rcc_sim.units import G
+
+SLIP_BLEND = 0.02  # 1; tyre slip fades out below this times sqrt(C_F l / m)
+
+
+@jit
+def prepare(p, c):
+    """Work out the constants of a run from its parameters."""
+    m = p.body.m
+    c.m = loaded(m, m, p.payload.mass_kg)
+    c.I_z = loaded(p.body.I_z, m, p.payload.mass_kg)
+    c.l_F = p.body.l_F
+    c.l_R = p.body.l_R
+    c.l = c.l_F + c.l_R
+    c.C_F = p.tyre.C_F
+    c.C_R = p.tyre.C_R
+    mu = p.tyre_saturation.friction_coefficient
+    c.D_F = mu * c.m * G * c.l_R / (2.0 * c.l)
+    c.D_R = mu * c.m * G * c.l_F / (2.0 * c.l)
+    c.n_file = p.drive.N_d / p.tyre.r_w
+    c.n = p.drive.N_d / true_radius(p.tyre.r_w, p.wheel_radius.scale)
+    c.J = p.rotor_inertia.inertia_kgm2
+    c.m_spin = c.m + reflected_mass(c.J, c.n)
+    c.K_t = p.motor.K_t
+    c.i_max = p.control.i_max
+    c.tau_min = -braking_limit(
+        p.regeneration_limit.max_current_a, p.regeneration_limit.max_torque_nm, c.K_t
+    )
+    c.v_slip = SLIP_BLEND * math.sqrt(c.C_F * c.l / c.m)
+    c.t_char = math.sqrt(c.m * c.l / c.C_F)
+
+
+@jit
+def resist(p, c, u, f, v):
+    """Everything that holds the vehicle back at v [m/s]: road, air, shaft.
+
+    Dry friction, rolling resistance and the constant part of a road load are the
+    most that they can be: a vehicle at rest moves only if it is pushed by more.
+    """
+    omega = c.n * v
+    v_air = air_speed(v, p.headwind.speed_mps)
+    drag = p.aerodynamic_drag
+    road = p.road_load
+    iron = p.iron_loss
+    f.roll = rolling_force(wheel_load(c.m, u.slope), p.rolling_resistance.coefficient)
+    f.aero = drag_force(v_air, drag.drag_area_m2, drag.air_density_kg_per_m3)
+    f.grade = grade_force(c.m, u.slope)
+    f.road = road_load_force(v, road.a_n, road.b_n_s_per_m, road.c_n_s2_per_m2)
+    f.visc = damping_torque(omega, p.drivetrain_damping.damping_nms_per_rad)
+    f.dry = friction_torque(p.drivetrain_friction.torque_nm)
+    f.iron = iron_torque(omega, iron.hysteresis_torque_nm, iron.eddy_nms_per_rad)
+
+
+@jit
+def accelerate(p, c, u, f):
+    """Acceleration [m/s²] from m a = k n T_L - R with T_L = tau - losses - J n a.
+
+    k is the transmission of the gears, n = N_d / r_w; the sign of T_L, which decides
+    k, is that of T + J n R / m whichever way k falls.
+    """
+    R = f.roll + f.aero + f.grade + f.road + u.brake + f.F_F * u.sin_delta
+    T = u.tau - f.visc - f.dry - f.iron
+    f.k = gear_transmission(T + c.J * c.n * R / c.m, p.gear_loss.efficiency)
+    f.a = (f.k * c.n * T - R) / (c.m + f.k * c.J * c.n * c.n)
+    f.T_L = T - c.J * c.n * f.a
+
+
+@jit
+def step(p, c, s, u, f, E, flow, eta, dt):
+    """Advance the vehicle by dt [s] under the inputs u; book where the energy went."""
+    turn_velocity(c, s, 0.5 * dt)
+    v = max(s.v_x + 0.5 * dt * s.a_x, 0.0)
+    resist(p, c, u, f, v)
+    corner(c, s, u, f, v, dt)
+    accelerate(p, c, u, f)
+    v_1 = s.v_x + f.a * dt
+    f.moving = dt  # how much of the step the wheels turn
+    if v_1 <= 0.0:  # comes to rest, or is held at rest, within the step
+        f.moving = 0.0
+        if f.a < 0.0:
+            f.moving = min(-s.v_x / f.a, dt)
+        v_1 = 0.0
+    f.v = 0.5 * (s.v_x + v_1)
+    a_mean = (v_1 - s.v_x) / dt
+    book_motion(c, u, f, E, dt)
+    electrify(p, c, u, f, E, flow, eta, dt)
+    turning = (c.m / c.m_spin - 1.0) * s.v_y * f.r
+    flow.a_x += (a_mean + turning + f.grade / c.m) * dt
+    flow.a_y += (f.F_F * u.cos_delta + f.F_R) / c.m * dt
+    s.a_x = a_mean
+    s.v_x = v_1
+    s.v_y = 2.0 * f.v_y - s.v_y
+    psi = s.psi + 0.5 * dt * f.r
+    if psi == 0.0 and f.v_y == 0.0:
+        s.x += f.v * f.moving
+    else:
+        cos = math.cos(psi)
+        sin = math.sin(psi)
+        s.x += f.v * cos * f.moving - f.v_y * sin * dt
+        s.y += f.v * sin * f.moving + f.v_y * cos * dt
+    s.psi += dt * f.r
+    s.r = 2.0 * f.r - s.r
+    s.s += f.v * f.moving
+    s.z += f.v * f.moving * u.slope / math.sqrt(1.0 + u.slope * u.slope)
+    turn_velocity(c, s, 0.5 * dt)
+
+
+@jit
+def step_imposed(p, c, s, u, f, E, flow, eta, v_1, r_1, dt):
+    """Advance by dt [s] to the speed and yaw rate that were measured.
+
+    The torque that this takes is worked out backwards; what the motor may not
+    brake, the friction brakes do; what it could not give is counted, not cut.
+    """
+    f.v = 0.5 * (s.v_x + v_1)
+    f.a = (v_1 - s.v_x) / dt
+    f.moving = dt
+    if f.v <= 0.0:
+        f.moving = 0.0
+    resist(p, c, u, f, f.v)
+    steady_axle_forces(c, f, f.v, 0.5 * (s.r + r_1), (r_1 - s.r) / dt)
+    P_slip = slip_loss(f.F_F, f.v, c.C_F, c.D_F) + slip_loss(f.F_R, f.v, c.C_R, c.D_R)
+    if f.moving > 0.0:
+        supply(p, c, u, f, flow, P_slip, (r_1 - s.r) / dt, dt)
+    else:
+        u.tau = 0.0
+        u.brake = 0.0
+        f.T_L = 0.0
+        f.k = 1.0
+    book_motion_imposed(c, u, f, E)
+    electrify(p, c, u, f, E, flow, eta, dt)
+    flow.a_x += (f.a + f.grade / c.m) * dt
+    flow.a_y += f.v * f.r * dt
+    s.v_x = v_1
+    s.s += f.v * dt
+    s.z += f.v * dt * u.slope / math.sqrt(1.0 + u.slope * u.slope)
+    psi = s.psi + 0.5 * dt * f.r
+    s.x += f.v * math.cos(psi) * dt
+    s.y += f.v * math.sin(psi) * dt
+    s.psi += f.r * dt
+    s.r = r_1
+
+
+@jit
+def slip_loss(F, v, C, D):
+    """Power [W] that an axle's two tyres lose carrying F [N] at v [m/s]."""
+    return F * v * math.tan(slip_angle(0.5 * F, C, D))
+
+
+@jit
+def supply(p, c, u, f, flow, P_slip, r_dot, dt):
+    """Torque and brake force that give the imposed acceleration, losses included."""
+    omega = c.n * f.v
+    turning = (P_slip + c.I_z * r_dot * f.r) / f.v
+    F = c.m * f.a + f.roll + f.aero + f.grade + f.road + turning
+    eta = p.gear_loss.efficiency
+    f.k = gear_transmission(F, eta)
+    losses = f.visc + f.dry + f.iron + c.J * c.n * f.a
+    u.tau = F / (f.k * c.n) + losses
+    high = torque_envelope(p.motor.tau_max, p.motor.P_max, omega)
+    low = max(c.tau_min, -high)
+    u.brake = 0.0
+    if u.tau < low:
+        u.tau = low
+        f.k = gear_transmission(low - losses, eta)
+        u.brake = f.k * c.n * (low - losses) - F
+    elif u.tau > high:
+        flow.short += dt
+        flow.tau_over = max(flow.tau_over, u.tau / high)
+    f.T_L = u.tau - losses
+
+
+@jit
+def book_motion(c, u, f, E, dt):
+    """Book the work of every force and torque on the moving vehicle."""
+    ds = f.v * f.moving
+    u_F = (f.v_y + c.l_F * f.r) * u.cos_delta * dt - u.sin_delta * ds
+    E.tyre_slip_front -= f.F_F * u_F
+    E.tyre_slip_rear -= f.F_R * (f.v_y - c.l_R * f.r) * dt
+    book_shared(c, u, f, E, ds)
+
+
+@jit
+def book_motion_imposed(c, u, f, E):
+    """Book the same where speed and yaw rate are imposed."""
+    E.tyre_slip_front += slip_loss(f.F_F, f.v, c.C_F, c.D_F) * f.moving
+    E.tyre_slip_rear += slip_loss(f.F_R, f.v, c.C_R, c.D_R) * f.moving
+    book_shared(c, u, f, E, f.v * f.moving)
+
+
+@jit
+def book_shared(c, u, f, E, ds):
+    """Book road, air, brakes, shaft and gears over the distance ds [m]."""
+    E.rolling_resistance += f.roll * ds
+    E.aerodynamic_drag += f.aero * ds
+    E.road_grade += f.grade * ds
+    E.road_load += f.road * ds
+    E.brakes += u.brake * ds
+    E.drivetrain_damping += f.visc * c.n * ds
+    E.drivetrain_friction += f.dry * c.n * ds
+    E.iron_loss += f.iron * c.n * ds
+    E.gear_loss += (1.0 - f.k) * f.T_L * c.n * ds
+
+
+@jit
+def electrify(p, c, u, f, E, flow, eta, dt):
+    """From shaft to battery terminals: P_b = tau ω + 3/2 R I_q² + losses + aux."""
+    omega = c.n * f.v
+    i_q = q_current(u.tau, c.K_t)
+    scale = p.motor_efficiency.scale
+    eff = map_efficiency(u.tau, omega, scale, eta[0], eta[1], eta[2])
+    if eta[2].shape[0] > 1 and outside_map(u.tau, omega, eta[0], eta[1]):
+        flow.outside += dt
+    share = f.moving / dt
+    P_shaft = u.tau * omega * share
+    P_copper = copper_power(i_q, p.copper_loss.phase_resistance_ohm)
+    P_lost = conversion_loss(P_shaft, eff)
+    P_aux = auxiliary_power(p.auxiliary_load.power_w, u.aux)
+    P = P_shaft + P_copper + P_lost + P_aux
+    R_i = p.battery_resistance.resistance_ohm
+    i = terminal_current(P, p.battery.u_0, R_i)
+    if R_i > 0.0:
+        flow.P_over = max(flow.P_over, P * 4.0 * R_i / (p.battery.u_0 * p.battery.u_0))
+    sag = R_i * i * i
+    E.copper_loss += P_copper * dt
+    E.motor_efficiency += P_lost * dt
+    E.auxiliary_load += P_aux * dt
+    E.battery_resistance += sag * dt
+    flow.dt += dt
+    flow.i_q += i_q * dt
+    flow.tau += u.tau * dt
+    flow.P += P * dt
+    flow.i += i * dt
+    flow.u += (p.battery.u_0 - R_i * i) * dt
+    flow.aux += u.aux * dt
+    flow.E += (P + sag) * dt
+    flow.E_abs += abs(P + sag) * dt
+
+
+@jit
+def book_state(c, s, E):
+    """Book the kinetic energy, from the state alone and not from any force.
+
+    This is what makes the ledger a check: the works above must add up to it.
+    """
+    v2 = s.v_x * s.v_x
+    E.rotor_inertia = 0.5 * c.J * c.n * c.n * v2 - c.E_rotor_0
+    E.kinetic = 0.5 * (c.m * (v2 + s.v_y * s.v_y) + c.I_z * s.r * s.r) - c.E_0

@@ -1,0 +1,184 @@
+"""Plots for papers and screens: units on every axis, safe for the colour-blind."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rcc_sim.analyse.energy import EnergyReport, cumulative_distance, cumulative_energy
+from rcc_sim.errors import InputError
+from rcc_sim.trace import Trace
+from rcc_sim.units import J_PER_WH, unit_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+"""Okabe-Ito, in an order that also differs in lightness."""
+
+DASHES = ("-", "--", "-.", ":")
+FORMATS = (".png", ".svg", ".pdf")
+POINTS = 4000
+"""Points that a line is thinned to; each stretch keeps its least and its greatest."""
+
+STYLE = {
+    "figure.dpi": 110,
+    "savefig.dpi": 200,
+    "font.size": 9,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.alpha": 0.25,
+    "svg.hashsalt": "rccsim",
+    "text.parse_math": False,
+}
+
+RUN_PANELS = (
+    ("Speed", ("speed_mps", "speed_ref_mps"), ("driven", "reference")),
+    ("Motor current", ("motor_current_a",), ("",)),
+    ("Motor torque", ("motor_torque_nm",), ("",)),
+    ("Battery power", ("battery_power_w",), ("",)),
+    ("Steer", ("steer_cmd_rad",), ("",)),
+    ("Yaw rate", ("yaw_rate_radps",), ("",)),
+    ("Lateral place", ("y_m",), ("",)),
+)
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Write a figure, whole or not at all; the suffix says how.
+
+    Raises
+    ------
+    InputError
+        If the suffix is not that of a picture, or the file cannot be written.
+    """
+    import io
+
+    if path.suffix.lower() not in FORMATS:
+        raise InputError(
+            f"{path}: cannot draw into a {path.suffix or 'nameless'} file",
+            f"name it {', '.join(f'*{f}' for f in FORMATS)}",
+        )
+    picture = io.BytesIO()
+    kind = path.suffix[1:].lower()
+    undated = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}[kind]
+    figure.savefig(picture, format=kind, metadata=undated, bbox_inches="tight")
+    try:
+        path.write_bytes(picture.getvalue())
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error.strerror}") from None
+
+
+def plot_run(*traces: Trace) -> Figure:
+    """Draw runs over time: speed, current, power, and steering where there is any."""
+    panels = [
+        panel
+        for panel in RUN_PANELS
+        if any(panel[1][0] in t and np.any(t[panel[1][0]]) for t in traces)
+        and not (panel[0] == "Motor torque" and "motor_current_a" in traces[0])
+    ]
+    figure, axes = _sheet(len(panels), height=1.45, sharex=True)
+    for axis, (title, columns, labels) in zip(axes, panels, strict=True):
+        for k, trace in enumerate(traces):
+            for column, label in zip(columns, labels, strict=True):
+                if column in trace and not (len(traces) > 1 and label == "reference"):
+                    _line(axis, trace, column, label if len(traces) == 1 else "", k)
+        axis.set_ylabel(f"{title} [{unit_of(columns[0])}]")
+    if len(traces) == 1:
+        axes[0].legend(loc="upper right", ncols=2, frameon=False)
+    else:
+        names = [trace.name for trace in traces]
+        axes[0].legend(axes[0].lines, names, frameon=False, fontsize=8)
+    axes[-1].set_xlabel("Time [s]")
+    figure.suptitle(traces[0].name if len(traces) == 1 else "", x=0.02, ha="left")
+    return figure
+
+
+def plot_energy(traces: Sequence[Trace], reports: Sequence[EnergyReport]) -> Figure:
+    """Draw where the energy went: by sink, and along the way."""
+    figure, (bars, way) = _sheet(2, height=2.6)
+    sinks = list(dict.fromkeys(sink for report in reports for sink in report.ledger))
+    if sinks:
+        _sink_bars(bars, sinks, reports)
+    else:
+        bars.text(0.5, 0.5, "a measured trace has no ledger", ha="center")
+    for k, trace in enumerate(traces):
+        distance = cumulative_distance(trace)
+        energy = cumulative_energy(trace) / J_PER_WH
+        style = {"color": COLOURS[k % len(COLOURS)], "ls": DASHES[k % len(DASHES)]}
+        x, y = _thin(distance - distance[0], energy - energy[0])
+        way.plot(x, y, label=reports[k].name, **style)
+    way.set_xlabel("Distance [m]")
+    way.set_ylabel("Battery energy [Wh]")
+    way.legend(frameon=False)
+    return figure
+
+
+def _sink_bars(
+    axis: Axes, sinks: Sequence[str], reports: Sequence[EnergyReport]
+) -> None:
+    height = 0.8 / len(reports)
+    for k, report in enumerate(reports):
+        km = max(report.distance_m, 1e-9) / 1000
+        values = [report.ledger.get(sink, 0.0) / km for sink in sinks]
+        places = np.arange(len(sinks)) + k * height
+        colour = COLOURS[k % len(COLOURS)]
+        drawn = axis.barh(places, values, height, color=colour, label=report.name)
+        axis.bar_label(drawn, fmt="%.3g", padding=3, fontsize=8)
+    axis.set_yticks(np.arange(len(sinks)) + 0.4 - height / 2)
+    axis.set_yticklabels([sink.replace("_", " ") for sink in sinks])
+    axis.invert_yaxis()
+    axis.margins(x=0.12)
+    axis.set_xlabel("Energy per distance [Wh/km]")
+
+
+def _line(axis: Axes, trace: Trace, column: str, label: str, k: int) -> None:
+    x, y = _thin(trace["time_s"], trace[column])
+    reference = label == "reference"
+    axis.plot(
+        x,
+        y,
+        label=label or None,
+        color="#555555" if reference else COLOURS[k % len(COLOURS)],
+        ls="--" if reference else "-",
+        lw=0.9,
+    )
+
+
+def _sheet(count: int, *, height: float, **options: Any) -> tuple[Figure, list[Axes]]:
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    plt.rcParams.update(STYLE)
+    figure, axes = plt.subplots(
+        count,
+        1,
+        figsize=(7.2, 0.8 + height * count),
+        layout="constrained",
+        squeeze=False,
+        **options,
+    )
+    return figure, list(axes[:, 0])
+
+
+def _thin(
+    x: NDArray[np.float64], y: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return at most about POINTS points; every spike stays."""
+    if len(x) <= POINTS:
+        return x, y
+    size = -(-len(x) // (POINTS // 2))
+    whole = len(x) // size * size
+    blocks = y[:whole].reshape(-1, size)
+    starts = np.arange(0, whole, size)
+    filled = np.where(np.isnan(blocks), 0.0, blocks)
+    keep = np.union1d(starts + filled.argmin(1), starts + filled.argmax(1))
+    keep = np.union1d(keep, [0, len(x) - 1])
+    return x[keep], y[keep]

@@ -1,0 +1,1 @@
+"""When two vehicles are similar, and what carries over from one to the other."""

@@ -1,0 +1,1 @@
+"""Vehicle and cycle in, trace and ledger out."""

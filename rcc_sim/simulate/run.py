@@ -1,0 +1,299 @@
+"""A vehicle and a cycle make a run: commanded, or imposed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rcc_sim.definitions.cycle import Cycle
+from rcc_sim.definitions.kernel import efficiency_map, kernel_params
+from rcc_sim.definitions.vehicle import Vehicle
+from rcc_sim.errors import InputError, LedgerError
+from rcc_sim.jit import compiled, compiler_is_loaded
+from rcc_sim.physics import params as schema
+from rcc_sim.physics import record
+from rcc_sim.physics.run import run_commanded, run_imposed
+from rcc_sim.simulate.columns import trace_columns
+from rcc_sim.trace import Trace
+
+Engine = Literal["auto", "compiled", "interpreted"]
+Profile = tuple[ArrayLike, ArrayLike]
+
+CLOSES = 1e-6
+"""Largest fraction of the energy throughput that a ledger may leave open."""
+
+FEW_ROWS = 20_000
+"""Imposed runs up to this many rows are done before a compiler would be loaded."""
+
+OUTPUT_RATE = {"speed": 100.0, "torque": 10.0}
+"""Rows per second where neither user nor file says so. [Hz]"""
+
+WORK = (schema.CHASSIS, schema.STATE, schema.INPUTS, schema.FORCES, schema.FLOW)
+
+
+@dataclass(frozen=True)
+class LaneChanges:
+    """A lane change every so many metres, from lane to lane and back.
+
+    Parameters
+    ----------
+    every : float
+        Distance between the starts of two changes. [m]
+    width : float or None
+        Distance between the lanes; one wheelbase where not given (3.45 m, a road
+        lane, for a pick-up; the same lane in scale for a scaled car). [m]
+    length : float or None
+        Distance that a change takes; 20 wheelbases, at most ``every``, where not
+        given. [m]
+    """
+
+    every: float
+    width: float | None = None
+    length: float | None = None
+
+    def params(self, vehicle: Vehicle) -> dict[str, float]:
+        """Return what the kernel's path follower reads.
+
+        Raises
+        ------
+        InputError
+            If a length is not positive, or a change is longer than their distance.
+        """
+        l = vehicle.wheelbase
+        width = l if self.width is None else self.width
+        length = min(self.every, 20 * l) if self.length is None else self.length
+        for name, value in (("every", self.every), ("length", length)):
+            if not (math.isfinite(value) and value > 0):
+                raise InputError(f"lane change {name}: should be positive: {value:g} m")
+        if not math.isfinite(width):
+            raise InputError(f"lane width: should be finite: {width:g} m")
+        if length > self.every:
+            raise InputError(
+                f"lane change: takes {length:g} m, and one starts every {self.every:g} m"
+            )
+        return {
+            "steer": schema.FOLLOW,
+            "every": self.every,
+            "width": width,
+            "length": length,
+        }
+
+
+@dataclass(frozen=True)
+class Run:
+    """What a simulated drive gave.
+
+    Parameters
+    ----------
+    trace : Trace
+        Time series, with the ledger as cumulative columns.
+    ledger : dict
+        Sink -> energy that went there over the whole run. [J]
+    battery_energy : float
+        Energy that the battery's cells gave. [J]
+    throughput : float
+        Energy that went through the battery, either way. [J]
+    residual : float
+        What the ledger leaves open, as a fraction of the throughput.
+    notes : tuple of str
+        What went beyond the vehicle's means, in words.
+    """
+
+    trace: Trace
+    ledger: dict[str, float]
+    battery_energy: float
+    throughput: float
+    residual: float
+    notes: tuple[str, ...] = field(default=())
+
+
+def simulate(
+    vehicle: Vehicle,
+    cycle: Cycle,
+    *,
+    imposed: bool = False,
+    lanes: LaneChanges | None = None,
+    steer: Profile | None = None,
+    yaw_rate: ArrayLike | None = None,
+    slope: Profile | None = None,
+    aux_power: Profile | None = None,
+    output_rate: float | None = None,
+    substeps: int = 1,
+    engine: Engine = "auto",
+) -> Run:
+    """Drive a vehicle over a cycle.
+
+    Parameters
+    ----------
+    vehicle, cycle
+        What drives, and how fast it should.
+    imposed : bool
+        Take the cycle's speed as it is, at the cycle's own step, and work out what
+        it costs; otherwise the vehicle's controller follows it at its own rate.
+    lanes : LaneChanges or None
+        Lane changes by distance driven, by a path follower.
+    steer : (time, angle) or None
+        Commanded steering angle over time, in place of the follower. [s], [rad]
+    yaw_rate : array_like of shape (n,) or None
+        Yaw rate at the cycle's rows, for imposed runs. [rad/s]
+    slope : (distance, slope) or None
+        Slope of the road over distance from the start. [m], [1]
+    aux_power : (time, power) or None
+        Auxiliary power that was logged, on top of the file's. [s], [W]
+    output_rate : float or None
+        Rows per second of a commanded run. [Hz]
+    substeps : int
+        Time steps per tick of the control loop.
+    engine : {"auto", "compiled", "interpreted"}
+        Machine code or plain Python: the same result to the last bit.
+
+    Raises
+    ------
+    InputError
+        If the vehicle lacks a figure that the run needs.
+    LedgerError
+        If the energy ledger does not close to 1e-6 of the throughput.
+    """
+    values = kernel_params(vehicle, commanded=not imposed)
+    if lanes is not None:
+        values["lanes"] = lanes.params(vehicle)
+    start = float(cycle.time_s[0])
+    roads = (_profile(slope, 0.0, "slope"), _profile(aux_power, start, "aux power"))
+    if imposed:
+        arguments, rows = _imposed_arguments(cycle, yaw_rate)
+        kernel: Callable[..., Any] = run_imposed
+        tail: tuple[int, ...] = ()
+    else:
+        steering = _profile(steer, start, "steer")
+        if steer is not None:
+            values["lanes"]["steer"] = schema.LOGGED
+        every, rows = _sampling(vehicle, cycle, values["control"]["T_loop"], output_rate)
+        reference = np.array([cycle.time_s - start, cycle.speed_mps])
+        arguments, tail = (reference, steering), (every, substeps)
+        kernel = run_commanded
+    fast = engine == "compiled" or (
+        engine == "auto" and (not imposed or rows > FEW_ROWS or compiler_is_loaded())
+    )
+    make = record.array if fast else record.plain
+    P, work = make(schema.PARAMS), tuple(make(s) for s in WORK)
+    table, sinks = make(schema.ROW, rows), make(record.floats(*schema.SINKS), rows)
+    record.fill(P[0], values)
+    call = compiled(kernel) if fast else kernel
+    call(P, work, *arguments, *roads, efficiency_map(vehicle), table, sinks, *tail)
+    return _run(vehicle, cycle, work, table, sinks)
+
+
+def _run(vehicle: Vehicle, cycle: Cycle, work: Any, table: Any, sinks: Any) -> Run:
+    chassis, flow = work[0][0], work[4][0]
+    get = (lambda r, k: r[k]) if isinstance(work[0], np.ndarray) else getattr
+    columns = trace_columns(
+        vehicle,
+        table,
+        sinks,
+        n=float(get(chassis, "n")),
+        n_file=float(get(chassis, "n_file")),
+        K_t=float(get(chassis, "K_t")),
+    )
+    if cycle.time_s[0] != columns["time_s"][0]:
+        columns["time_s"] = columns["time_s"] + float(cycle.time_s[0])
+    ledger = {
+        sink: float(columns[f"energy_{sink}_j"][-1])
+        for sink in schema.SINKS
+        if f"energy_{sink}_j" in columns
+    }
+    given = float(columns["battery_energy_j"][-1])
+    throughput = float(get(flow, "E_abs"))
+    residual = (given - math.fsum(ledger.values())) / max(throughput, 1e-9)
+    notes = _notes(vehicle, {k: float(get(flow, k)) for k in schema.FLOW})
+    if not abs(residual) <= CLOSES:
+        raise LedgerError(
+            f"{vehicle.name} on {cycle.name}: the energy ledger does not close: "
+            f"{residual:.1e} of the throughput is unaccounted for",
+            "the run cannot be trusted; a figure of the vehicle may be extreme",
+        )
+    trace = Trace(columns, name=f"{vehicle.name} on {cycle.name}", notes=notes)
+    return Run(trace, ledger, given, throughput, residual, notes)
+
+
+def _imposed_arguments(
+    cycle: Cycle, yaw_rate: ArrayLike | None
+) -> tuple[tuple[NDArray[np.float64], ...], int]:
+    yaw = np.zeros(1) if yaw_rate is None else np.asarray(yaw_rate, dtype=float)
+    if yaw_rate is not None and yaw.shape != cycle.time_s.shape:
+        raise InputError(
+            f"{cycle.name}: yaw rate: should have {len(cycle.time_s)} rows: {yaw.size}"
+        )
+    return (cycle.time_s, cycle.speed_mps, yaw), len(cycle.time_s)
+
+
+def _sampling(
+    vehicle: Vehicle, cycle: Cycle, T_loop: float, rate: float | None
+) -> tuple[int, int]:
+    """Return the ticks of the control loop per row, and the number of rows."""
+    assert vehicle.controller is not None
+    if rate is None:
+        period = vehicle.effects.get("reference_sampling", {}).get("period_s")
+        default = OUTPUT_RATE[vehicle.controller.mode]
+        held = getattr(period, "value", 0.0)
+        rate = 1 / held if held > 0 and vehicle.controller.mode == "speed" else default
+        rate = min(rate, 1 / T_loop)
+    if not (math.isfinite(rate) and rate > 0):
+        raise InputError(f"output rate: should be positive: {rate:g} Hz")
+    every = round(1 / (rate * T_loop))
+    if every < 1 or abs(every * rate * T_loop - 1) > 1e-6:
+        raise InputError(
+            f"output rate: {rate:g} Hz is no whole part of the control loop's "
+            f"{1 / T_loop:g} Hz",
+            f"{1 / T_loop / max(every, 1):g} Hz would be",
+        )
+    return every, math.ceil(cycle.duration / (every * T_loop) - 1e-9) + 1
+
+
+def _profile(
+    profile: Profile | None, start: float, what: str
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return a profile as two arrays that start from 0; (0, 0) where there is none."""
+    if profile is None:
+        return np.zeros(1), np.zeros(1)
+    x, y = (np.ascontiguousarray(part, dtype=float) for part in profile)
+    if x.shape != y.shape or x.ndim != 1 or len(x) == 0:
+        raise InputError(f"{what}: should be two columns of the same length")
+    if not (np.isfinite(x).all() and np.isfinite(y).all()):
+        raise InputError(f"{what}: should be finite throughout")
+    if (np.diff(x) <= 0).any():
+        row = int((np.diff(x) <= 0).argmax()) + 2
+        raise InputError(f"{what}: row {row}: the first column should increase")
+    return x - start, y
+
+
+def _notes(vehicle: Vehicle, flow: dict[str, float]) -> tuple[str, ...]:
+    """Say what went beyond the vehicle's means.
+
+    Raises
+    ------
+    InputError
+        If the battery was asked for more power than it can ever give.
+    """
+    if flow["P_over"] > 1:
+        raise InputError(
+            f"{vehicle.where}: effects.battery_resistance: the drive asks for "
+            f"{flow['P_over']:.2g} times the most power that the battery can give",
+            "u_0²/(4 R_i) is that most; is the resistance in ohm?",
+        )
+    notes = []
+    if flow["short"] > 0:
+        notes.append(
+            f"the motor falls short for {flow['short']:.3g} s: up to "
+            f"{flow['tau_over']:.3g} times its torque is asked for"
+        )
+    if flow["outside"] > 0:
+        notes.append(
+            f"{flow['outside']:.3g} s outside the motor's efficiency map, "
+            "taken at its edge"
+        )
+    return tuple(notes)

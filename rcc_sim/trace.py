@@ -1,0 +1,191 @@
+"""A trace: columns over time, measured or simulated alike."""
+
+from __future__ import annotations
+
+import io
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import IO, TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rcc_sim.errors import InputError
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+DIGITS = 10
+"""Significant digits, counted from a column's largest value, that a file holds."""
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Trace:
+    """Time series by column name, the unit as the last part of each name.
+
+    Parameters
+    ----------
+    columns : dict of ndarray, each of shape (n,)
+        ``time_s`` and at least one channel; NaN where a channel has no value.
+    name : str
+        What reports call it.
+    """
+
+    columns: Mapping[str, Array]
+    name: str = ""
+    notes: tuple[str, ...] = field(default=())
+
+    def __getitem__(self, column: str) -> Array:
+        """Return a column.
+
+        Raises
+        ------
+        InputError
+            If the trace does not have it; lists what it has.
+        """
+        if column not in self.columns:
+            raise InputError(
+                f"{self.name or 'trace'}: no column {column}",
+                f"there are {', '.join(self.columns)}",
+            )
+        return self.columns[column]
+
+    def __contains__(self, column: str) -> bool:
+        """Tell whether the trace has a column."""
+        return column in self.columns
+
+    def __len__(self) -> int:
+        """Return the number of rows."""
+        return len(self.columns["time_s"])
+
+    def to_pandas(self) -> pd.DataFrame:
+        """Return the columns as a data frame."""
+        import pandas as pd
+
+        return pd.DataFrame(dict(self.columns))
+
+
+def write_trace(trace: Trace, file: IO[bytes]) -> None:
+    """Write a trace as CSV, each column to ten significant digits."""
+    from pyarrow import csv, table
+
+    rounded = {name: _rounded(values) for name, values in trace.columns.items()}
+    options = csv.WriteOptions(quoting_style="none")
+    csv.write_csv(table(rounded), file, write_options=options)
+
+
+def write_parquet(trace: Trace, file: IO[bytes]) -> None:
+    """Write a trace as Parquet, in full precision."""
+    from pyarrow import parquet, table
+
+    parquet.write_table(table(dict(trace.columns)), file)
+
+
+def read_trace(source: str | Path, stdin: IO[bytes] | None = None) -> Trace:
+    """Read a trace in rccsim's own columns: CSV (also .gz), Parquet, or ``-``.
+
+    Raises
+    ------
+    InputError
+        Naming file and row if it is empty, has no ``time_s``, holds words, or its
+        time does not increase.
+    """
+    name = "stdin" if str(source) == "-" else str(source)
+    raw = (stdin or sys.stdin.buffer).read() if name == "stdin" else _bytes(source)
+    if raw[:2] == b"\x1f\x8b":
+        raw = _unzipped(raw, name)
+    if not raw.strip():
+        hint = "the command before the pipe wrote nothing" if name == "stdin" else ""
+        raise InputError(f"{name}: the file is empty", hint)
+    table = _parquet(raw, name) if raw[:4] == b"PAR1" else _csv(raw, name)
+    columns: dict[str, Array] = {}
+    for column in table.column_names:
+        values = table.column(column)
+        try:
+            columns[column] = values.cast("float64").to_numpy()
+        except (ValueError, NotImplementedError):
+            row, word = _first_word(values.to_pylist())
+            raise InputError(
+                f"{name}: {column}, row {row}: should be a number: {word!r}"
+            ) from None
+    _check_time(columns, name)
+    return Trace(columns, name=name)
+
+
+def _rounded(values: Array) -> Array:
+    largest = np.nanmax(np.abs(values), initial=0.0)
+    if not np.isfinite(largest) or largest == 0.0:
+        return values + 0.0
+    decimals = DIGITS - 1 - int(np.floor(np.log10(largest)))
+    return np.round(values, decimals) + 0.0
+
+
+def _bytes(source: str | Path) -> bytes:
+    try:
+        return Path(source).read_bytes()
+    except OSError as error:
+        raise InputError(f"{source}: cannot be read: {error.strerror}") from None
+
+
+def _unzipped(raw: bytes, name: str) -> bytes:
+    import gzip
+    import zlib
+
+    try:
+        return gzip.decompress(raw)
+    except (OSError, EOFError, zlib.error) as error:
+        raise InputError(f"{name}: a broken gzip file: {error}") from None
+
+
+def _csv(raw: bytes, name: str) -> Any:
+    import pyarrow
+    from pyarrow import csv
+
+    try:
+        return csv.read_csv(io.BytesIO(raw))
+    except pyarrow.ArrowInvalid as error:
+        reason = str(error).partition("\n")[0]
+        raise InputError(f"{name}: not a CSV table: {reason}") from None
+
+
+def _parquet(raw: bytes, name: str) -> Any:
+    import pyarrow
+    from pyarrow import parquet
+
+    try:
+        return parquet.read_table(io.BytesIO(raw))
+    except (pyarrow.ArrowInvalid, OSError) as error:
+        raise InputError(f"{name}: a broken Parquet file: {error}") from None
+
+
+def _first_word(values: list[Any]) -> tuple[int, Any]:
+    for row, value in enumerate(values, start=1):
+        try:
+            float(value if value is not None else 0)
+        except (TypeError, ValueError):
+            return row, value
+    return 0, None
+
+
+def _check_time(columns: Mapping[str, Array], name: str) -> None:
+    if "time_s" not in columns:
+        raise InputError(
+            f"{name}: no column time_s", f"there are {', '.join(columns) or 'none'}"
+        )
+    time = columns["time_s"]
+    if len(time) == 0:
+        raise InputError(f"{name}: a header and no rows")
+    if np.isnan(time).any():
+        row = int(np.isnan(time).argmax()) + 1
+        raise InputError(f"{name}: time_s, row {row}: missing")
+    back = np.flatnonzero(np.diff(time) <= 0)
+    if len(back):
+        k = int(back[0])
+        raise InputError(
+            f"{name}: time_s, row {k + 2}: should increase: {time[k + 1]:g} s "
+            f"after {time[k]:g} s"
+        )

@@ -1,0 +1,417 @@
+"""The house: the wheel, the start, what every command, vehicle and effect keeps to."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import sysconfig
+import time
+from pathlib import Path
+
+import pytest
+import typer
+from typer.main import get_command
+
+from rcc_sim.cli.app import app, command_names
+from rcc_sim.definitions.vehicle import TABLES, load_vehicle
+from rcc_sim.physics.effects import EFFECTS
+from rcc_sim.units import SUFFIXES, unit_of
+
+ROOT = Path(__file__).resolve().parents[1]
+HEAVY = {"numpy", "pandas", "scipy", "numba", "matplotlib", "pyarrow"}
+COLUMNS = {
+    *("time_s", "speed_ref_mps", "throttle", "steer_cmd_rad", "speed_mps"),
+    *("yaw_rate_radps", "accel_x_mps2", "accel_y_mps2", "motor_current_a"),
+    *("motor_torque_nm", "motor_speed_radps", "current_d_a", "current_q_a"),
+    *("voltage_d_v", "voltage_q_v", "battery_voltage_v", "battery_current_a"),
+    *("battery_power_w", "x_m", "y_m", "yaw_rad", "elevation_m", "slope"),
+    *("aux_power_w", "ambient_temperature_degc"),
+}
+
+
+def run(*arguments, python=sys.executable, cwd=None, **options):
+    """Run `rccsim` in a process of its own."""
+    env = os.environ | {"COLUMNS": "80", "PYTHONUTF8": "1"} | options.pop("env", {})
+    command = [str(python), "-m", "rcc_sim", *map(str, arguments)]
+    return subprocess.run(
+        command, capture_output=True, text=True, cwd=cwd, env=env, **options
+    )
+
+
+def paths(command, ctx, words=()):
+    """Yield the words that name each command and each one under it."""
+    for name in command.list_commands(ctx):
+        under = command.get_command(ctx, name)
+        yield (*words, name)
+        if hasattr(under, "list_commands"):
+            yield from paths(under, ctx, (*words, name))
+
+
+ROOT_COMMAND = get_command(app)
+COMMANDS = list(paths(ROOT_COMMAND, typer.Context(ROOT_COMMAND)))
+
+
+# The wheel
+
+
+@pytest.fixture(scope="session")
+def installed(tmp_path_factory):
+    """Python of an environment that has the built wheel and, from here, its needs."""
+    folder = tmp_path_factory.mktemp("wheel")
+    source = folder / "source"
+    ignored = shutil.ignore_patterns(".*", "__pycache__", "build", "dist", "demo")
+    shutil.copytree(ROOT, source, ignore=ignored)
+    build = [sys.executable, "-m", "build", "--wheel", "--no-isolation"]
+    subprocess.run([*build, "-o", folder, source], check=True, capture_output=True)
+    (wheel,) = folder.glob("*.whl")
+    make = [sys.executable, "-m", "venv", "--without-pip", folder / "env"]
+    subprocess.run(make, check=True)
+    python = folder / "env" / "bin" / "python"
+    site = subprocess.run(
+        [python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))"],
+        check=True,
+        capture_output=True,
+        text=True,
+    ).stdout.strip()
+    shutil.unpack_archive(wheel, site, format="zip")
+    # after the wheel in the search order, and its own .pth files are not read, so that
+    # a development install of this package does not hide the wheel
+    Path(site, "needs.pth").write_text(sysconfig.get_path("purelib") + "\n")
+    return python
+
+
+def test_the_wheel_runs_from_anywhere(installed, tmp_path):
+    where = [installed, "-c", "import rcc_sim; print(rcc_sim.__file__)"]
+    found = subprocess.run(where, capture_output=True, text=True, cwd=tmp_path)
+    assert Path(installed).parents[1] in Path(found.stdout.strip()).parents
+
+    listed = run("vehicles", "--json", python=installed, cwd=tmp_path)
+    rows = json.loads(listed.stdout)
+    shipped = {path.stem for path in (ROOT / "vehicles").glob("*.toml")}
+    assert {row["name"] for row in rows} == shipped
+    assert all(row["source"] and row["origin"] == "shipped" for row in rows)
+
+    groups = run("pi", "rcc", "r1t", "--json", python=installed, cwd=tmp_path)
+    assert json.loads(groups.stdout)["vehicles"] == ["rcc", "r1t"], groups.stderr
+
+    drive = ("simulate", "rcc", "--cycle", "udds[20:40]", "--imposed")
+    trace = run(*drive, python=installed, cwd=tmp_path)
+    assert trace.returncode == 0, trace.stderr
+    assert len(trace.stdout.splitlines()) == 22
+
+
+def test_the_wheel_has_its_script_and_every_definition(installed):
+    site = Path(installed).parents[1]
+    (entry,) = site.glob("lib/*/site-packages/rccsim-*.dist-info/entry_points.txt")
+    assert "rccsim = rcc_sim.cli.app:main" in entry.read_text()
+    (shipped,) = site.glob("lib/*/site-packages/rcc_sim/_shipped")
+    for folder in ("vehicles", "cycles"):
+        there = {p.name for p in (shipped / folder).iterdir()}
+        assert there >= {p.name for p in (ROOT / folder).iterdir() if p.is_file()}
+
+
+# The start
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "--help",
+        "pi rcc r1t",
+        "match rcc --to r1t",
+        "scale speed 25 --from r1t --to rcc",
+        "vehicles",
+        "vehicles show rcc",
+        "effects",
+    ],
+)
+def test_a_quick_command_loads_nothing_heavy(words, tmp_path):
+    code = (
+        "import sys\nfrom rcc_sim.cli.app import main\n"
+        f"sys.argv = ['rccsim', *{words.split()!r}]\n"
+        "try:\n    main()\nfinally:\n"
+        "    print(*{m.partition('.')[0] for m in sys.modules}, file=sys.stderr)\n"
+    )
+    python = [sys.executable, "-c", code]
+    done = subprocess.run(python, capture_output=True, text=True, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert not HEAVY & set(done.stderr.split())
+
+
+@pytest.mark.parametrize("words", [["--help"], ["pi", "rcc", "r1t"], ["vehicles"]])
+def test_a_quick_command_is_quick(words, tmp_path):
+    def seconds():
+        start = time.perf_counter()
+        run(*words, cwd=tmp_path)
+        return time.perf_counter() - start
+
+    # best of several; twice the 0.2 s of an idle machine, for tests run side by side
+    assert min(seconds() for _ in range(5)) < 0.4
+
+
+# The commands
+
+
+@pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
+def test_a_command_has_help_with_an_example(words):
+    done = run(*words, "--help")
+    assert (done.returncode, done.stderr) == (0, "")
+    text = " ".join(done.stdout.split())
+    assert re.search(rf"Example: .*rccsim {' '.join(words)}\b", text)
+
+
+@pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
+def test_the_helps_example_names_real_options(words):
+    text = " ".join(run(*words, "--help", env={"COLUMNS": "400"}).stdout.split())
+    example = text.partition("Example: ")[2]
+    own = run(*words, "--help", env={"COLUMNS": "400"}).stdout
+    for part in re.split(r"Example: |[;|] ", example):
+        if part.startswith(f"rccsim {' '.join(words)} "):
+            for option in re.findall(r"(?<=\s)--[a-z-]+", part):
+                assert option in own.partition("Example:")[0]
+
+
+def test_help_lists_every_command_in_a_line_or_two():
+    text = run("--help").stdout
+    for name in command_names():
+        assert re.search(rf"^  {name}  +\S", text, re.MULTILINE)
+    assert run().stdout == text
+
+
+def test_help_is_whole_without_colour_and_on_a_narrow_terminal():
+    for width in ("40", "80", "200"):
+        text = run("simulate", "--help", env={"COLUMNS": width}).stdout
+        assert "\x1b" not in text and "…" not in text
+        assert "--lane-change-every" in text
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["simulte"],
+        ["--nonsense"],
+        ["vehicles", "nonsense"],
+        ["vehicles", "show"],
+        ["vehicles", "show", "nonsense"],
+        ["vehicles", "show", "."],
+        ["vehicles", "new", "../../up"],
+        ["pi", "nonsense"],
+        ["pi"],
+        ["cycles", "show", "nonsense"],
+        ["cycles", "show", "udds[20:]["],
+        ["effects", "show", "gearloss"],
+        ["simulate", "rcc", "--cycle", "nonsense"],
+        ["scale", "speed", "fast", "--from", "r1t", "--to", "rcc"],
+    ],
+    ids=" ".join,
+)
+def test_a_users_mistake_is_one_error_line_and_exit_2(words, tmp_path):
+    done = run(*words, cwd=tmp_path)
+    lines = done.stderr.splitlines()
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert lines[0].startswith("error: ")
+    assert all(line.startswith("hint: ") for line in lines[1:])
+    assert len(lines) <= 2
+
+
+@pytest.mark.parametrize("name", command_names())
+def test_a_command_called_with_nothing_works_or_says_what_is_missing(name, tmp_path):
+    done = run(name, cwd=tmp_path, stdin=subprocess.DEVNULL)
+    assert done.returncode in (0, 2)
+    assert "Traceback" not in done.stderr
+    assert done.returncode == 0 or done.stderr.startswith("error: ")
+
+
+def test_a_close_name_is_offered():
+    assert "`simulate`" in run("simulte").stderr
+    assert "`gear_loss`" in run("effects", "show", "gearloss").stderr
+
+
+def test_a_broken_pipe_is_quiet():
+    command = [sys.executable, "-m", "rcc_sim", "cycles", "show", "udds*200"]
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, stdout=pipe, stderr=pipe, cwd=ROOT) as process:
+        process.stdout.readline()
+        process.stdout.close()
+        assert process.stderr.read() == b""
+        assert process.wait(timeout=60) == 141
+
+
+def test_ctrl_c_says_so_and_gives_130(tmp_path):
+    os.mkfifo(tmp_path / "slow.csv")
+    command = [sys.executable, "-m", "rcc_sim", "cycles", "show", "slow.csv"]
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, stdout=pipe, stderr=pipe, cwd=tmp_path) as process:
+        with open(tmp_path / "slow.csv", "w") as file:  # opens when the command reads
+            file.write("time_s,speed_mps\n0,0\n")
+            file.flush()
+            process.send_signal(signal.SIGINT)
+            assert process.wait(timeout=30) == 130
+        assert process.stderr.read() == b"interrupted\n"
+
+
+def test_the_shell_completes_commands_vehicles_cycles_and_effects(tmp_path):
+    def completed(words):
+        cursor = str(len(words.split()) - 1)
+        env = {"_RCCSIM_COMPLETE": "complete_bash", "COMP_WORDS": words}
+        return run(cwd=tmp_path, env=env | {"COMP_CWORD": cursor}).stdout.split()
+
+    assert completed("rccsim simu") == ["simulate"]
+    assert completed("rccsim vehicles show r1") == ["r1t", "r1t_epa"]
+    assert completed("rccsim cycles show ud") == ["udds"]
+    assert completed("rccsim effects show gear") == ["gear_loss"]
+    shown = run(
+        "--show-completion", env={"_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION": "1"}
+    )
+    assert shown.returncode == 0
+
+
+# The definitions
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "vehicles").glob("*.toml")), ids=str)
+def test_a_shipped_vehicle_validates_and_bears_its_files_name(path):
+    done = run("vehicles", "validate", path)
+    assert done.returncode == 0, done.stdout
+    assert load_vehicle(path).name == path.stem
+
+
+def test_validate_lists_everything_that_is_wrong(tmp_path):
+    text = (ROOT / "vehicles" / "rcc.toml").read_text()
+    text = text.replace("[tyres]", "[tyres]\nspikes = 4").replace("gear_ratio", "gear")
+    text += (
+        "\n[effects.gear_loss]\nefficiency = 7\n[effects.anti_gravity]\nforce_n = 1\n"
+    )
+    (tmp_path / "car.toml").write_text(text.replace("0.0382", '"heavy"'))
+    done = run("vehicles", "validate", "car.toml", "rcc", "--json", cwd=tmp_path)
+    assert done.returncode == 1
+    rows = json.loads(done.stdout)
+    problems = " ".join(row["problem"] for row in rows)
+    for key in (
+        "tyres.spikes",
+        "drivetrain.gear:",
+        "drivetrain.gear_ratio: missing",
+        "body.yaw_inertia_kgm2",
+        "effects.gear_loss.efficiency",
+        "effects.anti_gravity",
+    ):
+        assert key in problems
+    assert rows[-1] == {"file": "rcc", "sound": True, "problem": "", "hint": ""}
+
+
+def test_a_broken_file_is_a_row_of_the_list_and_not_its_end(tmp_path):
+    (tmp_path / "vehicles").mkdir()
+    (tmp_path / "vehicles" / "broken.toml").write_text("[vehicle\n")
+    (tmp_path / "vehicles" / "image.toml").write_bytes(b"\xff\xd8\xff")
+    rows = json.loads(run("vehicles", "--json", cwd=tmp_path).stdout)
+    problems = {row["name"]: row["problem"] for row in rows}
+    assert "not TOML" in problems["broken"] and "UTF-8" in problems["image"]
+    assert problems["rcc"] == ""
+
+
+def test_a_new_vehicle_extends_its_model_and_is_not_overwritten(tmp_path):
+    assert run("vehicles", "new", "mine", "--like", "r1t", cwd=tmp_path).returncode == 0
+    mine, r1t = load_vehicle(tmp_path / "vehicles" / "mine.toml"), load_vehicle("r1t")
+    assert mine.figures() == r1t.figures()
+    assert run("vehicles", "new", "mine", cwd=tmp_path).returncode == 2
+    assert run("vehicles", "new", "mine", "--force", cwd=tmp_path).returncode == 0
+
+
+def test_a_blank_sheet_lacks_exactly_what_is_needed(tmp_path):
+    run("vehicles", "new", "mine", "-o", "mine.toml", cwd=tmp_path)
+    done = run("vehicles", "validate", "mine.toml", "--json", cwd=tmp_path)
+    missing = {
+        row["problem"].split(": ")[1]
+        for row in json.loads(done.stdout)
+        if row["problem"].endswith(": missing")
+    }
+    assert missing == {
+        f"{table}.{key}"
+        for table in ("body", "tyres", "drivetrain")
+        for key, field in TABLES[table].model_fields.items()
+        if field.is_required()
+    }
+
+
+def test_vehicles_show_gives_every_figure_of_a_vehicle_and_of_its_base():
+    shown = json.loads(run("vehicles", "show", "r1t_epa", "--json").stdout)
+    figures = {row["key"]: row for row in shown["figures"]}
+    vehicle = load_vehicle("r1t_epa")
+    assert figures.keys() >= vehicle.figures().keys()
+    inertia = figures["body.yaw_inertia_kgm2"]  # stated by the base, as a range
+    assert (inertia["low"], inertia["high"], inertia["unit"]) == (4000, 6000, "kg m²")
+    assert shown["effects"] == list(vehicle.effects)
+
+
+@pytest.mark.parametrize("effect", EFFECTS.values(), ids=lambda e: e.id)
+def test_an_effect_names_real_columns_units_and_keys(effect):
+    assert (ROOT / "rcc_sim" / "physics" / "effects" / f"{effect.id}.py").is_file()
+    assert effect.title and effect.equation and effect.source and effect.seen_as
+    assert set(effect.channels) <= COLUMNS
+    assert set(effect.excludes) <= EFFECTS.keys()
+    for param in effect.params:
+        low, high = param.bounds
+        assert low <= param.neutral <= high or param.optional
+        assert low <= param.typical[0] <= param.typical[1] <= high
+        assert param.about
+        with_unit = unit_of(param.name) in SUFFIXES.values()
+        assert with_unit or param.name in DIMENSIONLESS
+    for key in effect.needs:
+        table, _, name = key.partition(".")
+        assert name in TABLES[table].model_fields
+
+
+DIMENSIONLESS = {
+    *("coefficient", "efficiency", "friction_coefficient", "gain", "scale", "slope"),
+    *("threshold", "proportional_scale", "integral_scale"),
+}
+
+
+# The cache of compiled kernels
+
+
+@pytest.mark.slow
+def test_an_edited_effect_takes_effect_in_the_next_process(tmp_path):
+    shutil.copytree(
+        ROOT / "rcc_sim",
+        tmp_path / "rcc_sim",
+        ignore=shutil.ignore_patterns("__pycache__"),
+    )
+    for folder in ("vehicles", "cycles"):
+        (tmp_path / folder).symlink_to(ROOT / folder)
+    code = (
+        "from rcc_sim.definitions.cycle import parse_cycle\n"
+        "from rcc_sim.definitions.vehicle import load_vehicle\n"
+        "from rcc_sim.simulate.run import simulate\n"
+        "with_it = {'rolling_resistance': {'coefficient': 0.02}}\n"
+        "car = load_vehicle('rcc').changed(effects=with_it)\n"
+        "cycle = parse_cycle('udds[20:40]')\n"
+        "run = simulate(car, cycle, imposed=True, engine='compiled')\n"
+        "print(run.trace['energy_rolling_resistance_j'][-1])\n"
+    )
+
+    def rolling_energy():
+        done = subprocess.run(
+            [sys.executable, "-c", code],
+            capture_output=True,
+            text=True,
+            cwd=tmp_path,
+            env=os.environ
+            | {"RCCSIM_CACHE": str(tmp_path / "cache"), "PYTHONPATH": str(tmp_path)},
+        )
+        assert done.returncode == 0, done.stderr
+        return float(done.stdout)
+
+    before = rolling_energy()
+    assert rolling_energy() == before  # from the cache
+    file = tmp_path / "rcc_sim" / "physics" / "effects" / "rolling_resistance.py"
+    text = file.read_text()
+    assert "return coefficient * F_z" in text
+    file.write_text(text.replace("return coefficient", "return 2.0 * coefficient"))
+    assert rolling_energy() == pytest.approx(2 * before)
