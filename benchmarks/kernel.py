@@ -41,7 +41,9 @@ def main() -> None:
     whole_process("commanded UDDS, 1 kHz", "rcc")
 
 
-def against_c(label: str, car: Vehicle, cycle: Cycle, lanes: LaneChanges | None) -> None:
+def against_c(
+    label: str, car: Vehicle, cycle: Cycle, lanes: LaneChanges | None
+) -> None:
     """Time the commanded run against the C loop; check that they agree."""
     if shutil.which("gcc") is None:
         print("C loop: left out, no gcc")
@@ -59,16 +61,20 @@ def against_c(label: str, car: Vehicle, cycle: Cycle, lanes: LaneChanges | None)
     distance, energy = (float(part) for part in out.stdout.split()[1:3])
     agree(run, distance, energy)
     mine, c = statistics.median(ours), statistics.median(theirs)
-    print(f"commanded UDDS, 1369 s at 1 kHz, {label}: {1e3 * mine:.0f} ms (trace included)"
-          f" against C {1e3 * c:.0f} ms: ratio {mine / c:.2f}")
+    print(
+        f"commanded UDDS, 1369 s at 1 kHz, {label}: {1e3 * mine:.0f} ms (trace included)"
+        f" against C {1e3 * c:.0f} ms: ratio {mine / c:.2f}"
+    )
 
 
 def agree(run: Run, distance: float, energy: float) -> None:
     """Stop if the C loop drove something else."""
     ours = float(run.trace["distance_m"][-1])
     if abs(ours / distance - 1) > 1e-9 or abs(run.battery_energy / energy - 1) > 1e-9:
-        sys.exit(f"the C loop differs: {ours} m, {run.battery_energy} J against "
-                 f"{distance} m, {energy} J")
+        sys.exit(
+            f"the C loop differs: {ours} m, {run.battery_energy} J against "
+            f"{distance} m, {energy} J"
+        )
 
 
 def c_arguments(
@@ -110,9 +116,7 @@ def c_arguments(
     rows = zip(cycle.time_s, cycle.speed_mps, strict=True)
     (folder / "c").write_text("".join(f"{float(t)!r} {float(v)!r}\n" for t, v in rows))
     program = folder / "model"
-    subprocess.run(
-        ["gcc", "-O2", "-o", program, HERE / "model.c", "-lm"], check=True
-    )
+    subprocess.run(["gcc", "-O2", "-o", program, HERE / "model.c", "-lm"], check=True)
     ticks = round(cycle.duration / finite["T"])
     return [str(program), str(folder / "p"), str(folder / "c"), str(ticks), "10", "1"]
 
@@ -137,8 +141,10 @@ def against_fastsim(truck: Vehicle, udds: Cycle) -> None:
         drive.copy().walk()
         theirs.append(time.perf_counter() - start)
     mine, other = statistics.median(ours), statistics.median(theirs)
-    print(f"imposed UDDS, 1 Hz: {1e3 * mine:.2f} ms against FASTSim {fastsim.__version__}"
-          f" {1e3 * other:.1f} ms: ratio {mine / other:.3f}")
+    print(
+        f"imposed UDDS, 1 Hz: {1e3 * mine:.2f} ms against FASTSim {fastsim.__version__}"
+        f" {1e3 * other:.1f} ms: ratio {mine / other:.3f}"
+    )
 
 
 def show(label: str, run: Callable[[], object]) -> None:

@@ -114,7 +114,7 @@ int main(int argc, char **argv) {
                 double ac = v_y + l_F * r, uF = cd * ac - sd * v, wF = cd * v + sd * ac;
                 double uR = v_y - l_R * r, WF = sqrt(wF * wF + v_slip * v_slip);
                 double WR = sqrt(v * v + v_slip * v_slip);
-                double KF = 2 * C_F * WF / (WF * WF + uF * uF) * cd;
+                double KF = 2 * C_F * (cd * WF - sd * uF * wF / WF) / (WF * WF + uF * uF);
                 double KR = 2 * C_R * WR / (WR * WR + uR * uR), K = KF * cd;
                 F_F = -2 * C_F * atan2(uF, WF);
                 F_R = -2 * C_R * atan2(uR, WR);

@@ -74,7 +74,8 @@ def write_trace(trace: Trace, file: IO[bytes]) -> None:
     from pyarrow import csv, table
 
     rounded = {name: _rounded(values) for name, values in trace.columns.items()}
-    options = csv.WriteOptions(quoting_style="none")
+    file.write((",".join(rounded) + "\n").encode())
+    options = csv.WriteOptions(include_header=False, quoting_style="none")
     csv.write_csv(table(rounded), file, write_options=options)
 
 

@@ -244,15 +244,14 @@ def test_a_broken_pipe_is_quiet():
 
 
 def test_ctrl_c_says_so_and_gives_130(tmp_path):
-    os.mkfifo(tmp_path / "slow.csv")
-    command = [sys.executable, "-m", "rcc_sim", "cycles", "show", "slow.csv"]
+    command = [sys.executable, "-m", "rcc_sim", "cycles", "show", "-"]
     pipe = subprocess.PIPE
-    with subprocess.Popen(command, stdout=pipe, stderr=pipe, cwd=tmp_path) as process:
-        with open(tmp_path / "slow.csv", "w") as file:  # opens when the command reads
-            file.write("time_s,speed_mps\n0,0\n")
-            file.flush()
-            process.send_signal(signal.SIGINT)
-            assert process.wait(timeout=30) == 130
+    with subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=pipe) as process:
+        process.stdin.write(b"time_s,speed_mps\n")
+        process.stdin.write(b"".join(b"%d,1\n" % t for t in range(50_000)))
+        process.stdin.flush()  # more than a pipe holds, so that the command is reading
+        process.send_signal(signal.SIGINT)
+        assert process.wait(timeout=30) == 130
         assert process.stderr.read() == b"interrupted\n"
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -11,13 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.definitions.vehicle import Vehicle, load_vehicle
-from rcc_sim.errors import InputError, LedgerError
+from rcc_sim.errors import InputError
+from rcc_sim.physics.ledger import left_open
 from rcc_sim.similitude.scale import Scales
 from rcc_sim.trace import Trace
 from rcc_sim.units import J_PER_WH
-
-CLOSES = 1e-6
-"""Largest fraction of the throughput that a ledger may leave open."""
 
 STANDS = 0.002
 """Share of the drive's top speed below which the vehicle stands."""
@@ -168,15 +165,8 @@ def _integral(trace: Trace, values: Array, what: str) -> Array:
 def _residual(trace: Trace, ledger: dict[str, float]) -> float:
     cells = trace["battery_energy_j"]
     given = float(cells[-1] - cells[0])
-    throughput = float(np.abs(np.diff(cells)).sum())
-    residual = (given - math.fsum(ledger.values())) / max(throughput, 1e-9)
-    if not abs(residual) <= CLOSES:
-        raise LedgerError(
-            f"{trace.name}: the energy ledger does not close: {residual:.1e} of the "
-            "throughput is unaccounted for",
-            "rows or columns may have been lost on the way",
-        )
-    return residual
+    through = float(np.abs(np.diff(cells)).sum())
+    return left_open(trace.name, given, ledger, through)
 
 
 def _regimes(trace: Trace, joules: Array, distance: Array) -> tuple[Regime, ...]:

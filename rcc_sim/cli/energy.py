@@ -102,7 +102,11 @@ def document(*reports: EnergyReport, capacity_wh: float | None = None) -> Any:
     from rcc_sim.analyse.energy import compared
 
     runs = [_one(report, capacity_wh) for report in reports]
-    return runs[0] if len(runs) == 1 else {"runs": runs, "against_first": compared(reports)}
+    return (
+        runs[0]
+        if len(runs) == 1
+        else {"runs": runs, "against_first": compared(reports)}
+    )
 
 
 def _one(report: EnergyReport, capacity_wh: float | None) -> dict[str, Any]:

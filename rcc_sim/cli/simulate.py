@@ -117,8 +117,9 @@ def _lanes(
 
     if every is None:
         if width is not None or length is not None:
-            raise InputError("--lane-width and --lane-change-length need "
-                             "--lane-change-every")
+            raise InputError(
+                "--lane-width and --lane-change-length need --lane-change-every"
+            )
         return None
     return LaneChanges(every, width, length)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import inf, sqrt
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rcc_sim.definitions.figure import Figure
 from rcc_sim.definitions.vehicle import Vehicle
@@ -173,7 +173,9 @@ def _largest_torque(vehicle: Vehicle) -> float:
 
 def _poles(vehicle: Vehicle, needed_by: str) -> None:
     if vehicle.motor.poles is None:
-        raise InputError(f"{vehicle.where}: motor.poles: missing ({needed_by} needs it)")
+        raise InputError(
+            f"{vehicle.where}: motor.poles: missing ({needed_by} needs it)"
+        )
 
 
 def _value(figure: Figure | None, default: float) -> float:

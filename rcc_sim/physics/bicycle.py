@@ -40,10 +40,15 @@ def axle_slip(u, w, v_slip):
 
 
 @jit
-def axle_damping(u, w, v_slip, C, D):
-    """Slope [N s/m] of an axle's lateral force (two tyres) in its lateral speed u."""
+def axle_damping(u, w, v_slip, C, D, cos, sin):
+    """Slope [N s/m] of an axle's lateral force in its speed across the body.
+
+    The wheels stand at an angle of cosine cos and sine sin to the body, so that
+    u and w both change with that speed. Two tyres.
+    """
     W = math.sqrt(w * w + v_slip * v_slip)
-    return 2.0 * tyre_stiffness(math.atan2(u, W), C, D) * W / (W * W + u * u)
+    turn = (cos * W - sin * u * w / W) / (W * W + u * u)
+    return 2.0 * tyre_stiffness(math.atan2(u, W), C, D) * turn
 
 
 @jit
@@ -66,8 +71,8 @@ def corner(c, s, u, f, v, dt):
     u_R = s.v_y - c.l_R * s.r
     F_F = -2.0 * tyre_force(axle_slip(u_F, w_F, c.v_slip), c.C_F, c.D_F)
     F_R = -2.0 * tyre_force(axle_slip(u_R, v, c.v_slip), c.C_R, c.D_R)
-    K_F = axle_damping(u_F, w_F, c.v_slip, c.C_F, c.D_F) * u.cos_delta
-    K_R = axle_damping(u_R, v, c.v_slip, c.C_R, c.D_R)
+    K_F = axle_damping(u_F, w_F, c.v_slip, c.C_F, c.D_F, u.cos_delta, u.sin_delta)
+    K_R = axle_damping(u_R, v, c.v_slip, c.C_R, c.D_R, 1.0, 0.0)
     K = K_F * u.cos_delta
     a11 = 2.0 * c.m / dt + K + K_R
     a12 = K * c.l_F - K_R * c.l_R

@@ -87,9 +87,6 @@ def look_up(p, s, u, ref, steer, grade, aux):
     s.ref_at = seek(t_held, ref[0], s.ref_at)
     i = int(s.ref_at)
     u.v_ref = between(t_held, ref[0], ref[1], i)
-    u.a_ref = 0.0
-    if ref[0][0] <= s.t < ref[0][-1]:
-        u.a_ref = (ref[1][i + 1] - ref[1][i]) / (ref[0][i + 1] - ref[0][i])
     if p.lanes.steer == LOGGED:
         s.steer_at = seek(s.t, steer[0], s.steer_at)
         u.delta = between(s.t, steer[0], steer[1], int(s.steer_at))
@@ -101,16 +98,24 @@ def look_up(p, s, u, ref, steer, grade, aux):
 
 
 @jit
-def command(p, c, s, u, f):
+def slope_of(x, xs, ys, i):
+    """Slope of a table at x, searched from cell i on; 0 beyond its ends."""
+    if len(xs) < 2 or x < xs[0] or x >= xs[-1]:
+        return 0.0
+    k = seek(x, xs, i)
+    return (ys[k + 1] - ys[k]) / (xs[k + 1] - xs[k])
+
+
+@jit
+def command(p, c, s, u, f, ref):
     """Let the controller decide torque, brake and steer for the next tick."""
     if p.control.mode == SPEED:
         u.tau = speed_loop(p, c, s, u)
     else:
+        u.a_ref = slope_of(s.t + 0.5 * p.control.T_loop, ref[0], ref[1], s.ref_at)
         resist(p, c, u, f, s.v_x)
         F = driver(p, c, s, u, f.roll + f.aero + f.grade + f.road)
-        u.tau, u.brake = split_force(
-            p, c, F, c.n * s.v_x, f.visc + f.dry + f.iron
-        )
+        u.tau, u.brake = split_force(p, c, F, c.n * s.v_x, f.visc + f.dry + f.iron)
     if p.lanes.steer == FOLLOW:
         u.delta = pursuit_steer(p, c, s)
     u.sin_delta = math.sin(u.delta)
@@ -138,7 +143,7 @@ def run_commanded(P, work, ref, steer, grade, aux, eta, rows, sinks, every, subs
         for j in range(every):
             s.t = ((k - 1) * every + j) * T
             look_up(p, s, u, ref, steer, grade, aux)
-            command(p, c, s, u, f)
+            command(p, c, s, u, f, ref)
             for _ in range(substeps):
                 step(p, c, s, u, f, E, flow, eta, dt)
         s.t = k * every * T

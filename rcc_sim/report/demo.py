@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from rcc_sim.analyse.energy import energy_report, table
-from rcc_sim.definitions.cycle import Cycle, parse_cycle
+from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.errors import InputError
 from rcc_sim.report.plots import plot_energy, plot_run, save
-from rcc_sim.similitude.scale import Scales
+from rcc_sim.similitude.cycles import scale_cycle
 from rcc_sim.simulate.run import LaneChanges, simulate
 from rcc_sim.trace import Trace, write_trace
 
@@ -42,13 +42,7 @@ def run_demo(folder: Path, say: Callable[[str], None]) -> Demo:
         raise InputError(f"{folder}: cannot be written: {error.strerror}") from None
     car, truck = load_vehicle("rcc"), load_vehicle("r1t")
     say("rccsim scale-cycle udds --from r1t --to rcc -o scaled.csv")
-    full = parse_cycle("udds")
-    scales = Scales.between(car, truck)
-    scaled = Cycle(
-        "udds at the size of rcc",
-        full.time_s * scales.of("time").value,
-        full.speed_mps * scales.of("speed").value,
-    )
+    scaled = scale_cycle(parse_cycle("udds"), to=car, of=truck).cycle
     say("rccsim simulate rcc --cycle scaled.csv -o straight.csv")
     straight = simulate(car, scaled).trace
     say("rccsim simulate rcc --cycle scaled.csv --lane-change-every 20 -o lanes.csv")

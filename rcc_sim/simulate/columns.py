@@ -52,7 +52,11 @@ def trace_columns(
         out["battery_current_a"] = column(rows, "i")
         out["battery_voltage_v"][0] = open_circuit_voltage(vehicle)
     out["battery_power_w"] = column(rows, "P")
-    for name, symbol in (("aux_power_w", "aux"), ("slope", "slope"), ("elevation_m", "z")):
+    for name, symbol in (
+        ("aux_power_w", "aux"),
+        ("slope", "slope"),
+        ("elevation_m", "z"),
+    ):
         if np.any(column(rows, symbol)):
             out[name] = column(rows, symbol)
     for name, symbol in (("x_m", "x"), ("y_m", "y"), ("yaw_rad", "psi")):
