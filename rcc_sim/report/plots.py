@@ -86,14 +86,15 @@ def plot_run(*traces: Trace) -> Figure:
     for axis, (title, columns, labels) in zip(axes, panels, strict=True):
         for k, trace in enumerate(traces):
             for column, label in zip(columns, labels, strict=True):
-                if column in trace and not (len(traces) > 1 and label == "reference"):
-                    _line(axis, trace, column, label if len(traces) == 1 else "", k)
+                if column in trace and not (k > 0 and label == "reference"):
+                    _line(axis, trace, column, label, k)
         axis.set_ylabel(f"{title} [{unit_of(columns[0])}]")
     if len(traces) == 1:
         axes[0].legend(loc="upper right", ncols=2, frameon=False)
     else:
+        driven = [line for line in axes[0].lines if line.get_label() == "driven"]
         names = [trace.name for trace in traces]
-        axes[0].legend(axes[0].lines, names, frameon=False, fontsize=8)
+        axes[0].legend(driven, names, frameon=False, fontsize=8)
     axes[-1].set_xlabel("Time [s]")
     figure.suptitle(traces[0].name if len(traces) == 1 else "", x=0.02, ha="left")
     return figure
@@ -147,6 +148,7 @@ def _line(axis: Axes, trace: Trace, column: str, label: str, k: int) -> None:
         color="#555555" if reference else COLOURS[k % len(COLOURS)],
         ls="--" if reference else "-",
         lw=0.9,
+        zorder=2.9 - 0.1 * k,  # the first on top: the others show where they differ
     )
 
 
