@@ -46,6 +46,6 @@ def require_positive(**values: object) -> None:
         Naming the first argument that is not, and the number found.
     """
     for name, value in values.items():
-        for number in value if hasattr(value, "__iter__") else (value,):  # type: ignore[attr-defined]
+        for number in value if hasattr(value, "__iter__") else (value,):
             if not (math.isfinite(number) and number > 0):
                 raise InputError(f"{name}: should be finite and positive: {number:g}")

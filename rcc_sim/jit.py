@@ -8,6 +8,7 @@ it calls. Both give the same result to the last bit: no fast-math, no reordering
 
 from __future__ import annotations
 
+import dis
 import functools
 import hashlib
 import os
@@ -23,7 +24,9 @@ F = TypeVar("F", bound=Callable[..., Any])
 def jit(function: F) -> F:
     """Mark a function as kernel code (floats, arrays and records only).
 
-    Kernel code calls other kernel code by its bare name (``from x import f``).
+    Kernel code calls other kernel code by its bare name (``from x import f``). In the
+    hot loop an array that is handed to a function costs two atomic operations, needed
+    or not: hand tables only to the branch that reads them.
     """
     function.__kernel__ = True  # type: ignore[attr-defined]
     return function
@@ -40,7 +43,8 @@ def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
     import numba
 
     assert isinstance(function, FunctionType)
-    numba.config.CACHE_DIR = str(cache_folder())
+    config: Any = numba.config  # its settings are made as it loads
+    config.CACHE_DIR = str(cache_folder())
     twin = FunctionType(
         function.__code__,
         {
@@ -49,7 +53,7 @@ def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
             **{
                 name: compiled(value) if hasattr(value, "__kernel__") else value
                 for name, value in function.__globals__.items()
-                if name in function.__code__.co_names
+                if name in _globals_of(function)
             },
         },
         function.__name__,
@@ -58,6 +62,15 @@ def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
     twin.__module__ = function.__module__
     twin.__qualname__ = function.__qualname__
     return numba.njit(cache=True, error_model="numpy", forceinline=True)(twin)
+
+
+def _globals_of(function: FunctionType) -> set[str]:
+    """Name the globals that a function reads (attributes share co_names with them)."""
+    return {
+        step.argval
+        for step in dis.get_instructions(function)
+        if step.opname == "LOAD_GLOBAL"
+    }
 
 
 def compiler_is_loaded() -> bool:

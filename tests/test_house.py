@@ -1,15 +1,13 @@
-"""The house: the wheel, the start, what every command, vehicle and effect keeps to."""
+"""The house: the start, and what every command, vehicle and effect keeps to."""
 
 from __future__ import annotations
 
 import json
 import os
 import re
-import shutil
 import signal
 import subprocess
 import sys
-import sysconfig
 import time
 from pathlib import Path
 
@@ -19,25 +17,15 @@ from typer.main import get_command
 
 from rcc_sim.cli.app import app, command_names
 from rcc_sim.definitions.vehicle import TABLES, load_vehicle
-from rcc_sim.physics.effects import EFFECTS
-from rcc_sim.units import SUFFIXES, unit_of
 
 ROOT = Path(__file__).resolve().parents[1]
 HEAVY = {"numpy", "pandas", "scipy", "numba", "matplotlib", "pyarrow"}
-COLUMNS = {
-    *("time_s", "speed_ref_mps", "throttle", "steer_cmd_rad", "speed_mps"),
-    *("yaw_rate_radps", "accel_x_mps2", "accel_y_mps2", "motor_current_a"),
-    *("motor_torque_nm", "motor_speed_radps", "current_d_a", "current_q_a"),
-    *("voltage_d_v", "voltage_q_v", "battery_voltage_v", "battery_current_a"),
-    *("battery_power_w", "x_m", "y_m", "yaw_rad", "elevation_m", "slope"),
-    *("aux_power_w", "ambient_temperature_degc"),
-}
 
 
-def run(*arguments, python=sys.executable, cwd=None, **options):
+def run(*arguments, cwd=None, **options):
     """Run `rccsim` in a process of its own."""
     env = os.environ | {"COLUMNS": "80", "PYTHONUTF8": "1"} | options.pop("env", {})
-    command = [str(python), "-m", "rcc_sim", *map(str, arguments)]
+    command = [sys.executable, "-m", "rcc_sim", *map(str, arguments)]
     return subprocess.run(
         command, capture_output=True, text=True, cwd=cwd, env=env, **options
     )
@@ -54,65 +42,6 @@ def paths(command, ctx, words=()):
 
 ROOT_COMMAND = get_command(app)
 COMMANDS = list(paths(ROOT_COMMAND, typer.Context(ROOT_COMMAND)))
-
-
-# The wheel
-
-
-@pytest.fixture(scope="session")
-def installed(tmp_path_factory):
-    """Python of an environment that has the built wheel and, from here, its needs."""
-    folder = tmp_path_factory.mktemp("wheel")
-    source = folder / "source"
-    ignored = shutil.ignore_patterns(".*", "__pycache__", "build", "dist", "demo")
-    shutil.copytree(ROOT, source, ignore=ignored)
-    build = [sys.executable, "-m", "build", "--wheel", "--no-isolation"]
-    subprocess.run([*build, "-o", folder, source], check=True, capture_output=True)
-    (wheel,) = folder.glob("*.whl")
-    make = [sys.executable, "-m", "venv", "--without-pip", folder / "env"]
-    subprocess.run(make, check=True)
-    python = folder / "env" / "bin" / "python"
-    site = subprocess.run(
-        [python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))"],
-        check=True,
-        capture_output=True,
-        text=True,
-    ).stdout.strip()
-    shutil.unpack_archive(wheel, site, format="zip")
-    # after the wheel in the search order, and its own .pth files are not read, so that
-    # a development install of this package does not hide the wheel
-    Path(site, "needs.pth").write_text(sysconfig.get_path("purelib") + "\n")
-    return python
-
-
-def test_the_wheel_runs_from_anywhere(installed, tmp_path):
-    where = [installed, "-c", "import rcc_sim; print(rcc_sim.__file__)"]
-    found = subprocess.run(where, capture_output=True, text=True, cwd=tmp_path)
-    assert Path(installed).parents[1] in Path(found.stdout.strip()).parents
-
-    listed = run("vehicles", "--json", python=installed, cwd=tmp_path)
-    rows = json.loads(listed.stdout)
-    shipped = {path.stem for path in (ROOT / "vehicles").glob("*.toml")}
-    assert {row["name"] for row in rows} == shipped
-    assert all(row["source"] and row["origin"] == "shipped" for row in rows)
-
-    groups = run("pi", "rcc", "r1t", "--json", python=installed, cwd=tmp_path)
-    assert json.loads(groups.stdout)["vehicles"] == ["rcc", "r1t"], groups.stderr
-
-    drive = ("simulate", "rcc", "--cycle", "udds[20:40]", "--imposed")
-    trace = run(*drive, python=installed, cwd=tmp_path)
-    assert trace.returncode == 0, trace.stderr
-    assert len(trace.stdout.splitlines()) == 22
-
-
-def test_the_wheel_has_its_script_and_every_definition(installed):
-    site = Path(installed).parents[1]
-    (entry,) = site.glob("lib/*/site-packages/rccsim-*.dist-info/entry_points.txt")
-    assert "rccsim = rcc_sim.cli.app:main" in entry.read_text()
-    (shipped,) = site.glob("lib/*/site-packages/rcc_sim/_shipped")
-    for folder in ("vehicles", "cycles"):
-        there = {p.name for p in (shipped / folder).iterdir()}
-        assert there >= {p.name for p in (ROOT / folder).iterdir() if p.is_file()}
 
 
 # The start
@@ -346,72 +275,3 @@ def test_vehicles_show_gives_every_figure_of_a_vehicle_and_of_its_base():
     inertia = figures["body.yaw_inertia_kgm2"]  # stated by the base, as a range
     assert (inertia["low"], inertia["high"], inertia["unit"]) == (4000, 6000, "kg m²")
     assert shown["effects"] == list(vehicle.effects)
-
-
-@pytest.mark.parametrize("effect", EFFECTS.values(), ids=lambda e: e.id)
-def test_an_effect_names_real_columns_units_and_keys(effect):
-    assert (ROOT / "rcc_sim" / "physics" / "effects" / f"{effect.id}.py").is_file()
-    assert effect.title and effect.equation and effect.source and effect.seen_as
-    assert set(effect.channels) <= COLUMNS
-    assert set(effect.excludes) <= EFFECTS.keys()
-    for param in effect.params:
-        low, high = param.bounds
-        assert low <= param.neutral <= high or param.optional
-        assert low <= param.typical[0] <= param.typical[1] <= high
-        assert param.about
-        with_unit = unit_of(param.name) in SUFFIXES.values()
-        assert with_unit or param.name in DIMENSIONLESS
-    for key in effect.needs:
-        table, name, *param = key.split(".")
-        fields = EFFECTS[name].neutral if param else TABLES[table].model_fields
-        assert (param or [name])[0] in fields
-
-
-DIMENSIONLESS = {
-    *("coefficient", "efficiency", "friction_coefficient", "gain", "scale", "slope"),
-    *("threshold", "proportional_scale", "integral_scale"),
-}
-
-
-# The cache of compiled kernels
-
-
-@pytest.mark.slow
-def test_an_edited_effect_takes_effect_in_the_next_process(tmp_path):
-    shutil.copytree(
-        ROOT / "rcc_sim",
-        tmp_path / "rcc_sim",
-        ignore=shutil.ignore_patterns("__pycache__"),
-    )
-    for folder in ("vehicles", "cycles"):
-        (tmp_path / folder).symlink_to(ROOT / folder)
-    code = (
-        "from rcc_sim.definitions.cycle import parse_cycle\n"
-        "from rcc_sim.definitions.vehicle import load_vehicle\n"
-        "from rcc_sim.simulate.run import simulate\n"
-        "with_it = {'rolling_resistance': {'coefficient': 0.02}}\n"
-        "car = load_vehicle('rcc').changed(effects=with_it)\n"
-        "cycle = parse_cycle('udds[20:40]')\n"
-        "run = simulate(car, cycle, imposed=True, engine='compiled')\n"
-        "print(run.trace['energy_rolling_resistance_j'][-1])\n"
-    )
-
-    def rolling_energy():
-        done = subprocess.run(
-            [sys.executable, "-c", code],
-            capture_output=True,
-            text=True,
-            cwd=tmp_path,
-            env=os.environ
-            | {"RCCSIM_CACHE": str(tmp_path / "cache"), "PYTHONPATH": str(tmp_path)},
-        )
-        assert done.returncode == 0, done.stderr
-        return float(done.stdout)
-
-    before = rolling_energy()
-    assert rolling_energy() == before  # from the cache
-    file = tmp_path / "rcc_sim" / "physics" / "effects" / "rolling_resistance.py"
-    text = file.read_text()
-    assert "return coefficient * F_z" in text
-    file.write_text(text.replace("return coefficient", "return 2.0 * coefficient"))
-    assert rolling_energy() == pytest.approx(2 * before)

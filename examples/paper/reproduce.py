@@ -214,7 +214,7 @@ def lane_change_rows(car: Vehicle, scales: Scales) -> list[Row]:
             ("weaving once a second throughout: angle [rad]", weave, 0.3),
         ):
             size = brentq(
-                lambda x, f=drive_it: per_km(f(x)) / straight - 1 - wanted,
+                lambda x, f=drive_it, e=straight * (1 + wanted): per_km(f(x)) - e,
                 1e-3, high, xtol=1e-3,
             )  # fmt: skip
             a_y = np.abs(drive_it(size).trace["accel_y_mps2"]).max()

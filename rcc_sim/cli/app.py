@@ -51,7 +51,7 @@ PLAIN: dict[str, Any] = {
 
 UsageError: Any = typer.BadParameter.__mro__[1]
 CommandError: Any = typer.BadParameter.__mro__[2]
-# Typer's own, whether it brings its copy of click or asks for one
+# of the copy of click that typer brings and does not publish
 
 
 def command_names() -> list[str]:

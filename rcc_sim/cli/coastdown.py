@@ -61,7 +61,7 @@ def coastdown(
         _mass(mass, car),
         equivalent_inertia_kg=_equivalent(equivalent_inertia, car),
         drive=drive,
-        slope=trace["slope"] if "slope" in trace else None,
+        slope=trace.columns.get("slope"),
         elevation_m=trace.columns.get("elevation_m") if "slope" not in trace else None,
         direction=direction or None,
         min_speed_mps=min_speed,

@@ -13,6 +13,7 @@ from rcc_sim.cli.output import Csv, Json, Output, atomic, emit, say, warn
 from rcc_sim.cli.overrides import Set, With, Without, changed_vehicle
 
 if TYPE_CHECKING:
+    from rcc_sim.definitions.cycle import Cycle
     from rcc_sim.simulate.run import LaneChanges, Profile, Run
 
 
@@ -32,13 +33,13 @@ def simulate(
         str, typer.Argument(help="Name or file.", autocompletion=vehicle_names)
     ],
     cycle: Annotated[
-        str,
+        str | None,
         typer.Option(
             "--cycle",
             help="Name, file, slice as udds[20:125], or - for stdin.",
             autocompletion=cycle_names,
         ),
-    ],
+    ] = None,
     imposed: Annotated[
         bool,
         typer.Option(
@@ -58,6 +59,12 @@ def simulate(
     steer_log: Annotated[
         str | None,
         typer.Option(help="CSV with time_s, steer_cmd_rad, to steer by.", metavar="F"),
+    ] = None,
+    throttle_log: Annotated[
+        str | None,
+        typer.Option(
+            help="CSV with time_s, throttle, for a car driven by it.", metavar="F"
+        ),
     ] = None,
     with_: With = None,
     without: Without = None,
@@ -85,11 +92,10 @@ def simulate(
     shows the summary. Speeds and places are samples, currents, torques and powers
     means since the row before.
     """
-    from rcc_sim.definitions.cycle import parse_cycle
     from rcc_sim.simulate import run as runs
 
     car = changed_vehicle(vehicle, set_, with_, without)
-    drive = parse_cycle(cycle, sys.stdin)
+    drive, throttle = _drive(cycle, throttle_log)
     _announce_compiler(imposed)
     result = runs.simulate(
         car,
@@ -97,6 +103,7 @@ def simulate(
         imposed=imposed,
         lanes=_lanes(lane_change_every, lane_width, lane_change_length),
         steer=_steer(steer_log, lane_change_every),
+        throttle=throttle,
         output_rate=output_rate,
         substeps=substeps,
     )
@@ -122,6 +129,22 @@ def _lanes(
             )
         return None
     return LaneChanges(every, width, length)
+
+
+def _drive(cycle: str | None, throttle_log: str | None) -> tuple[Cycle, Profile | None]:
+    from rcc_sim.definitions.cycle import parse_cycle
+    from rcc_sim.errors import InputError
+    from rcc_sim.simulate.run import throttle_drive
+    from rcc_sim.trace import read_trace
+
+    if (cycle is None) == (throttle_log is None):
+        raise InputError(
+            "simulate: give --cycle, or --throttle-log for a car driven by throttle",
+            "`rccsim cycles` lists the cycles; --help shows an example",
+        )
+    if cycle is not None:
+        return parse_cycle(cycle, sys.stdin), None
+    return throttle_drive(read_trace(throttle_log or ""))
 
 
 def _steer(path: str | None, every: float | None) -> Profile | None:

@@ -105,8 +105,7 @@ def _from_figures(
 def _from_log(
     log: str, vehicle: str | None, motion_threshold: float, closed_loop: bool | None
 ) -> dict[str, Any]:
-    from rcc_sim.identify.step_log import fit_step
-    from rcc_sim.identify.time_constant import fit_time_constant
+    from rcc_sim.identify.step_response import fit_step, fit_time_constant
     from rcc_sim.trace import read_trace
 
     trace = read_trace(log)

@@ -1,0 +1,1 @@
+"""Vehicles and cycles as files state them: found, read and checked."""

@@ -374,9 +374,7 @@ def _split_term(spec: str, term: str) -> tuple[str, list[str]]:
     """A name or path, and the cuts and repeats after it."""
     match = re.fullmatch(r"(.*?)((?:\s*\[[^\[\]]*\]|\s*\*\s*\d+)*)", term)
     base, tail = match.groups() if match else ("", "")
-    misread = any(sign in base for sign in "[]*") and not library.is_path(
-        base, SUFFIXES
-    )
+    misread = set("[]*") & set(base) and not library.is_path(base, SUFFIXES)
     if not base.strip() or misread:
         raise InputError(f"{spec}: cannot be read as a cycle: {term!r}", SYNTAX)
     return base.strip(), re.findall(r"\[[^\[\]]*\]|\*\s*\d+", tail)

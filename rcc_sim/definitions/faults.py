@@ -11,6 +11,7 @@ from pydantic import BaseModel, ValidationError
 from rcc_sim.definitions import library, vehicle
 from rcc_sim.definitions.tables import Sensor
 from rcc_sim.definitions.vehicle import ALWAYS, TABLES, faults_of
+from rcc_sim.definitions.vehicle_file import resolved
 from rcc_sim.errors import InputError
 from rcc_sim.physics.effects import EFFECTS
 
@@ -35,7 +36,7 @@ def vehicle_faults(name: str | Path) -> list[InputError]:
     """
     path = library.find("vehicles", str(name), (".toml",)).path
     try:
-        raw = vehicle._resolved(path, seen=())
+        raw = resolved(path)
     except InputError as fault:
         return [fault]
     faults = [*_table_faults(raw, str(path)), *_effect_faults(raw, path)]

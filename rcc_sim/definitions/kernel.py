@@ -10,14 +10,16 @@ from rcc_sim.definitions.figure import Figure
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
 from rcc_sim.physics.effects import EFFECTS
-from rcc_sim.physics.params import SPEED, STRAIGHT, TORQUE
+from rcc_sim.physics.params import SPEED, STRAIGHT, THROTTLE, TORQUE
 from rcc_sim.physics.powertrain import torque_constant
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-LOOP_RATE = {"speed": 1000.0, "torque": 100.0}
+MODES = {"speed": SPEED, "torque": TORQUE, "throttle": THROTTLE}
+
+LOOP_RATE = {"speed": 1000.0, "torque": 100.0, "throttle": 1000.0}
 """Rate of the control loop where the file states none. [Hz]"""
 
 DRIVER_TIMES = 1.0
@@ -111,6 +113,60 @@ def efficiency_map(
     return read_motor_map(folder / name)
 
 
+def check_throttle(vehicle: Vehicle, *, given: bool) -> None:
+    """Raise unless a throttle is given to a vehicle that is driven by one.
+
+    Raises
+    ------
+    InputError
+        If the mode is throttle and there is no log of it, or the other way round.
+    """
+    by_throttle = (
+        vehicle.controller is not None and vehicle.controller.mode == "throttle"
+    )
+    if by_throttle and not given:
+        raise InputError(
+            f"{vehicle.where}: controller.mode: a throttle cannot follow a cycle",
+            "give --throttle-log, or --imposed to take the cycle's speed as it is",
+        )
+    if given and not by_throttle:
+        raise InputError(f"{vehicle.where}: controller.mode: should be throttle")
+
+
+def force_table(
+    vehicle: Vehicle,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return throttle (n,) [1], speed (k,) [m/s] and wheel force (n, k) [N].
+
+    Raises
+    ------
+    InputError
+        If the table of a vehicle in throttle mode is missing or not rectangular.
+    """
+    import numpy as np
+
+    control = vehicle.controller
+    if control is None or control.mode != "throttle":
+        return np.zeros(2), np.zeros(2), np.zeros((2, 2))
+    where = f"{vehicle.where}: controller"
+    parts = (control.force_throttle, control.force_speed_mps, control.force_n)
+    if any(part is None for part in parts):
+        raise InputError(
+            f"{where}.force_n: missing (throttle mode needs it)",
+            "give force_throttle, force_speed_mps and force_n, a row a throttle",
+        )
+    throttle, speed = (np.array(part, dtype=float) for part in parts[:2])
+    rows = control.force_n or []
+    if len(rows) != len(throttle) or any(len(row) != len(speed) for row in rows):
+        raise InputError(
+            f"{where}.force_n: should have {len(throttle)} rows of {len(speed)}"
+        )
+    for key, grid in (("force_throttle", throttle), ("force_speed_mps", speed)):
+        if len(grid) < 2 or (np.diff(grid) <= 0).any():
+            raise InputError(f"{where}.{key}: should hold two or more rising figures")
+    return throttle, speed, np.array(rows, dtype=float)
+
+
 def _control(vehicle: Vehicle, commanded: bool) -> dict[str, float]:
     control = vehicle.controller
     if control is None:
@@ -120,11 +176,6 @@ def _control(vehicle: Vehicle, commanded: bool) -> dict[str, float]:
                 "state [controller] mode, or run with --imposed",
             )
         return {"mode": TORQUE, "i_max": inf, "T_loop": 1.0, "delta_max": inf}
-    if commanded and control.mode == "throttle":
-        raise InputError(
-            f"{vehicle.where}: controller.mode: a throttle cannot follow a cycle",
-            "run with --imposed, which takes the cycle's speed as it is",
-        )
     if commanded and control.mode == "speed":
         for key in (
             "motor.flux_linkage_wb",
@@ -134,9 +185,9 @@ def _control(vehicle: Vehicle, commanded: bool) -> dict[str, float]:
         ):
             vehicle.figure(key, "the speed loop needs it")
         _poles(vehicle, "the speed loop")
-    rate = _value(control.loop_rate_hz, LOOP_RATE.get(control.mode, 100.0))
+    rate = _value(control.loop_rate_hz, LOOP_RATE[control.mode])
     return {
-        "mode": SPEED if control.mode == "speed" else TORQUE,
+        "mode": MODES[control.mode],
         "K_p": _value(control.proportional_gain_as_per_rad, 0.0),
         "K_i": _value(control.integral_gain_a_per_rad, 0.0),
         "i_max": _value(control.max_current_a, inf),

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import tomli
 from pydantic import BaseModel, ValidationError
 
 from rcc_sim.definitions import library
@@ -26,10 +25,10 @@ from rcc_sim.definitions.tables import (
     Tyres,
     advice,
 )
+from rcc_sim.definitions.vehicle_file import resolved
 from rcc_sim.errors import InputError
 from rcc_sim.physics.effects import EFFECTS
 
-LARGEST_FILE = 1_000_000  # bytes; a vehicle is a page or two of text
 TABLES: dict[str, type[Table]] = {
     "vehicle": Heading,
     "body": Body,
@@ -180,7 +179,7 @@ def load_vehicle(name: str | Path) -> Vehicle:
         If there is none, or the file is not sound.
     """
     path, origin = library.find("vehicles", str(name), (".toml",))
-    return build(_resolved(path, seen=()), path=path, origin=origin)
+    return build(resolved(path), path=path, origin=origin)
 
 
 def build(raw: dict[str, Any], *, path: Path | None, origin: str = "") -> Vehicle:
@@ -220,67 +219,6 @@ def build(raw: dict[str, Any], *, path: Path | None, origin: str = "") -> Vehicl
     return Vehicle(
         **parts, sensors=sensors, effects=effects, raw=raw, path=path, origin=origin
     )
-
-
-def _resolved(path: Path, seen: tuple[Path, ...]) -> dict[str, Any]:
-    """Return the tables of a file laid over those of the vehicle it extends."""
-    raw = _read_toml(path)
-    heading = raw.get("vehicle")
-    base = heading.get("extends") if isinstance(heading, dict) else None
-    if not base:
-        return raw
-    if path.resolve() in seen:
-        chain = " -> ".join(p.stem for p in (*seen, path.resolve()))
-        raise InputError(f"{path}: vehicle.extends: goes round in a circle: {chain}")
-    if not isinstance(base, str):
-        raise InputError(f"{path}: vehicle.extends: should be the name of a vehicle")
-    beside = path.parent / f"{base}.toml"
-    if beside.is_file() and beside.resolve() != path.resolve():
-        parent = beside
-    else:
-        parent, _ = library.find("vehicles", base, (".toml",))
-    merged = _resolved(parent, (*seen, path.resolve()))
-    effects = raw.get("effects", {})
-    for name in effects.pop("without", []) if isinstance(effects, dict) else []:
-        if merged.get("effects", {}).pop(name, None) is None:
-            raise InputError(f"{path}: effects.without: {base} does not have {name}")
-    return _overlaid(merged, raw)
-
-
-def _overlaid(base: dict[str, Any], top: dict[str, Any]) -> dict[str, Any]:
-    """Lay one set of tables over another; a figure is replaced as a whole."""
-    merged = dict(base)
-    for key, value in top.items():
-        below = merged.get(key)
-        is_figure = isinstance(value, dict) and ("value" in value or "low" in value)
-        if isinstance(value, dict) and isinstance(below, dict) and not is_figure:
-            merged[key] = _overlaid(below, value)
-        else:
-            merged[key] = value
-    return merged
-
-
-def _read_toml(path: Path) -> dict[str, Any]:
-    try:
-        size = path.stat().st_size
-        if size > LARGEST_FILE:
-            raise InputError(
-                f"{path}: too large for a vehicle file: {size / 1e6:.1f} MB",
-                "a vehicle is a few kilobytes of TOML; is this a log?",
-            )
-        data = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
-    if not data.strip():
-        raise InputError(f"{path}: the file is empty", "`rccsim vehicles new` helps")
-    try:
-        return tomli.loads(data.decode("utf-8-sig"))
-    except UnicodeDecodeError:
-        raise InputError(f"{path}: not text in UTF-8", "is this a TOML file?") from None
-    except tomli.TOMLDecodeError as error:
-        raise InputError(f"{path}: not TOML: {error}") from None
-    except RecursionError:
-        raise InputError(f"{path}: not TOML: nested too deeply") from None
 
 
 def _refuse_unknown_keys(raw: dict[str, Any], where: str) -> None:

@@ -304,8 +304,8 @@ def _warnings(
         )
     if amplitude is not None and amplitude > LARGE_SWING:
         found.append(
-            f"amplitude {math.degrees(amplitude):.0f}° is above 20°: corrected, but damping"
-            " then changes it over the swing"
+            f"amplitude {math.degrees(amplitude):.0f}° is above 20°: corrected, but"
+            " damping then changes it over the swing"
         )
     if excess:
         found.append(

@@ -216,7 +216,8 @@ def cg_height(
     )
     if found.value <= 0:
         raise InputError(
-            f"raised: the centre of gravity would lie below the ground, {found.value:g} m",
+            f"raised: the centre of gravity would lie below the ground,"
+            f" {found.value:g} m",
             "both readings belong to the axle that stays down, which gains weight",
         )
     return found

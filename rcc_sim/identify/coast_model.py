@@ -145,7 +145,9 @@ def solve(
     )
 
     def residual(q: Array) -> Array:
-        return _speeds(coasts, names, inertia, (q * scale)[None, :])[0] - measured
+        model = _speeds(coasts, names, inertia, (q * scale)[None, :])[0]
+        missed: Array = model - measured
+        return missed
 
     def jacobian(q: Array) -> Array:
         step = 1e-6
@@ -191,7 +193,7 @@ def _widened(
     scores = [j.T @ e for j, e in zip(np.split(jac, ends), residuals, strict=True)]
     between = normal @ sum(np.outer(s, s) for s in scores) @ normal * K / (K - 1)
     ratio = np.diag(between) / np.maximum(np.diag(covariance), 1e-300)
-    wider = np.sqrt(np.maximum(1.0, ratio))
+    wider: Array = np.sqrt(np.maximum(1.0, ratio))
     return covariance * np.outer(wider, wider)
 
 

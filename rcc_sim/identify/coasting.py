@@ -18,7 +18,7 @@ DRIVE_NEAR_ZERO = 0.02
 """Size of the drive, of its largest, up to which it counts as none. [1]"""
 
 LONG_ENOUGH = 0.5
-"""Fall of speed of a deceleration, of the largest in the log, that makes it count. [1]"""
+"""Fall of speed, of the largest in the log, that makes a deceleration count. [1]"""
 
 SETTLE_S = 0.15
 """What is left out at the start of a coast, while the drive's torque dies away. [s]"""
@@ -86,8 +86,8 @@ def find_coasts(
     ]
     if not found:
         raise InputError(
-            f"speed_mps: no coast: none of {len(parts)} {what} above {floor:.3g} m/s lasts"
-            f" {ROWS_MIN} rows and loses {100 * DROP_MIN:g} % of the top speed,"
+            f"speed_mps: no coast: none of {len(parts)} {what} above {floor:.3g} m/s"
+            f" lasts {ROWS_MIN} rows and loses {100 * DROP_MIN:g} % of the top speed,"
             f" {top:.3g} m/s",
             "let the car roll out from speed with no torque; for a noisy drive signal"
             " raise its threshold",

@@ -66,8 +66,8 @@ def in_motion(
     if moving.sum() < 10:
         raise InputError(
             f"omega: {found}",
-            "gearing or unit? The motor's speed is wanted, in rad/s: neither the wheel's"
-            " nor ERPM",
+            "gearing or unit? The motor's speed is wanted, in rad/s: neither the"
+            " wheel's nor ERPM",
         )
     step = usual_step(t)
     gap = GAP * step
@@ -131,4 +131,6 @@ def _steady_rows(
     slope_sd = np.sqrt(left / var_t / np.maximum(n - 2, 1))
     change = np.abs(slope) * window
     curved = np.sqrt(left) > 3 * most  # a corner inside the window, not noise
-    return enough & (change < np.maximum(most, 3 * slope_sd * window)) & ~curved
+    level: NDArray[np.bool_] = change < np.maximum(most, 3 * slope_sd * window)
+    level &= enough & ~curved
+    return level

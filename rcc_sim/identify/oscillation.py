@@ -330,7 +330,8 @@ def _model(p: Array, x: Array) -> Array:
     """Yaw rate at the times x: p = (T_d, decay, a, b, c)."""
     T, decay, a, b, c = p
     phase = 2 * np.pi * x / T
-    return np.exp(-decay * x) * (a * np.sin(phase) + b * np.cos(phase)) + c
+    rate: Array = np.exp(-decay * x) * (a * np.sin(phase) + b * np.cos(phase)) + c
+    return rate
 
 
 def _jacobian(p: Array, x: Array) -> Array:

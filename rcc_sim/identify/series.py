@@ -1,4 +1,4 @@
-"""What every fit to a log needs: clean rows, stretches, and honest standard deviations."""
+"""What every fit to a log needs: clean rows, stretches, honest standard deviations."""
 
 from __future__ import annotations
 
@@ -98,8 +98,8 @@ def correlation_time(residuals: list[Array]) -> float:
 
     References
     ----------
-    .. [1] C. J. Geyer, "Practical Markov chain Monte Carlo," Statistical Science, vol. 7,
-       no. 4, 1992, sect. 3.
+    .. [1] C. J. Geyer, "Practical Markov chain Monte Carlo," Statistical Science,
+       vol. 7, no. 4, 1992, sect. 3.
     """
     total = sum(float(e @ e) for e in residuals)
     count = sum(e.size for e in residuals)

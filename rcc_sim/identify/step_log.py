@@ -1,4 +1,4 @@
-"""B, T_C and J from the log of steps with the wheels free: the arithmetic of `fit_step`."""
+"""B, T_C and J from the log of steps with wheels free: the arithmetic of `fit_step`."""
 
 from __future__ import annotations
 
@@ -44,7 +44,8 @@ class StepFit:
         B and T_C could be told apart. If not, B holds all drag, T_C is 0 and both sds
         are infinite.
     drag, drag_sd, drag_speed : float
-        Drag torque at the middle steady speed, which is known either way. [N m], [rad/s]
+        Drag torque at the middle steady speed, which is known either way.
+        [N m], [rad/s]
     r_squared_steady, r_squared_transient : float
         Variance explained, by stage; NaN where there is none to explain. [1]
     steady_states : int
@@ -165,7 +166,7 @@ def fit(motion: Motion, torque: Array) -> StepFit:
 
 
 def _steady_means(motion: Motion, torque: Array) -> Array:
-    """Per steady stretch: mean speed, mean torque, mean acceleration, variance of torque."""
+    """Per steady stretch: mean speed, torque and acceleration, variance of torque."""
     rows = []
     for part in motion.steady:
         t, omega, tau = motion.t[part], motion.omega[part], torque[part]
@@ -285,14 +286,14 @@ def _warnings(
     found = []
     if not drag.identifiable:
         found.append(
-            f"B and T_C are not identifiable: all {speeds.size} steady stretch(es) are near"
-            f" {np.median(speeds):.4g} rad/s; B holds all drag. Log a second speed, half as"
-            " high or less"
+            f"B and T_C are not identifiable: all {speeds.size} steady stretch(es) are"
+            f" near {np.median(speeds):.4g} rad/s; B holds all drag. Log a second"
+            " speed, half as high or less"
         )
     elif drag.T_C < -2 * sds[1]:
         found.append(
-            f"T_C is negative, {drag.T_C:.3g} ± {sds[1]:.2g} N m: drag grows faster than"
-            " the speed, or the torque has an offset"
+            f"T_C is negative, {drag.T_C:.3g} ± {sds[1]:.2g} N m: drag grows faster"
+            " than the speed, or the torque has an offset"
         )
     if drag.B <= 0:
         found.append(
@@ -309,8 +310,8 @@ def _warnings(
     rows = [part.stop - part.start for part in motion.transient]
     if rows and np.median(rows) < ROWS_PER_TRANSIENT:
         found.append(
-            f"a transient has {np.median(rows):.0f} rows: J is rougher than its sd says;"
-            " log faster"
+            f"a transient has {np.median(rows):.0f} rows: J is rougher than its sd"
+            " says; log faster"
         )
     if motion.below > 0.5:
         found.append(

@@ -1,4 +1,4 @@
-"""Damping B and inertia J at the motor shaft: from three figures, or from a step's log."""
+"""Damping B and inertia J at the motor shaft: from three figures or a step's log."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from rcc_sim.identify.time_constant import TimeConstant
 
 LOOP_NOTE = (
-    "J = B T holds for a step of torque (open loop); after a step of the speed reference"
-    " T is the speed loop's time constant, and this J is not the rotor's"
+    "J = B T holds for a step of torque (open loop); after a step of the speed"
+    " reference T is the speed loop's time constant, and this J is not the rotor's"
 )
 """The trap in three figures from a speed-controlled step."""
 
@@ -132,8 +132,9 @@ def fit_step(
         \omega(t) - \omega_0 = \frac{1}{J}
             \int (\tau - B \omega - T_C\,\mathrm{sgn}\,\omega)\, dt
 
-    which differentiates nothing. [1]_ The two steps are repeated until they agree, since
-    a stretch may still drift a little. As torque is measured, the loop may be closed.
+    which differentiates nothing. [1]_ The two steps are repeated until they agree,
+    since a stretch may still drift a little. As torque is measured, the loop may be
+    closed.
 
     Parameters
     ----------

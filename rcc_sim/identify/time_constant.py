@@ -85,9 +85,10 @@ def fit_steps(motion: Motion, closed_loop: bool | None) -> TimeConstant:
         speeds.append(omega)
     if not found:
         raise InputError(
-            f"omega: none of {len(motion.transient)} transient(s) ends in a steady speed"
-            " without a gap",
-            "log the step from rest until the speed settles, at ten rows a second or more",
+            f"omega: none of {len(motion.transient)} transient(s) ends in a steady"
+            " speed without a gap",
+            "log the step from rest until the speed settles, at ten rows a second or"
+            " more",
         )
     mean = mean_of_repeats([T for T, _ in found], [sd for _, sd in found])
     warnings = _loop_warnings(closed_loop, max(overshoots))
@@ -131,7 +132,8 @@ def _exponential(t: Array, omega: Array, final: float) -> tuple[float, float, Ar
     start = float(omega[0])
 
     def residual(p: Array) -> Array:
-        return p[1] + (p[0] - p[1]) * np.exp(-t / np.exp(p[2])) - omega
+        model: Array = p[1] + (p[0] - p[1]) * np.exp(-t / np.exp(p[2]))
+        return model - omega
 
     part = (omega - start) / (final - start)
     guess = float(t[np.argmax(part > 1 - math.exp(-1))]) or float(t[1])

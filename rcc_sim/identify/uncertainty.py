@@ -1,6 +1,7 @@
 """Uncertainty of a figure that is computed from a few others, in plain arithmetic.
 
-Nothing here loads numpy, so that a command that only evaluates a formula starts at once.
+Nothing here loads numpy, so that a command that only evaluates a formula starts at
+once.
 """
 
 from __future__ import annotations
@@ -67,7 +68,8 @@ def propagate(
 
     References
     ----------
-    .. [1] JCGM 100:2008, "Guide to the expression of uncertainty in measurement," 5.1.2.
+    .. [1] JCGM 100:2008, "Guide to the expression of uncertainty in
+       measurement," 5.1.2.
     """
     variance: dict[str, float] = {}
     for name, sd in sds.items():

@@ -2,7 +2,14 @@
 
 from rcc_sim.jit import jit
 from rcc_sim.physics.effects.current_limit import limited_current
+from rcc_sim.physics.effects.motor_efficiency import cell_of
 from rcc_sim.physics.effects.speed_dead_zone import commands_nothing, seen_speed
+from rcc_sim.physics.effects.speed_loop import true_gain
+from rcc_sim.physics.effects.steering_backlash import with_play
+from rcc_sim.physics.effects.steering_gain import geared_angle
+from rcc_sim.physics.effects.steering_lag import lagged
+from rcc_sim.physics.effects.steering_offset import offset_angle
+from rcc_sim.physics.effects.throttle_dead_zone import felt_throttle
 from rcc_sim.physics.powertrain import torque_envelope
 
 
@@ -19,10 +26,12 @@ def speed_loop(p, c, s, u):
         s.integral = 0.0
         return 0.0
     error = omega_ref - seen_speed(c.n * s.v_x, threshold)
-    integral = s.integral + p.control.K_i * error * p.control.T_loop
+    K_p = true_gain(p.control.K_p, p.speed_loop.proportional_scale)
+    K_i = true_gain(p.control.K_i, p.speed_loop.integral_scale)
+    integral = s.integral + K_i * error * p.control.T_loop
     if omega_ref == 0.0:
         integral = 0.0
-    i_q = p.control.K_p * error + integral
+    i_q = K_p * error + integral
     high = limited_current(c.i_max, p.current_limit.max_current_a)
     low = max(-c.i_max, c.tau_min / c.K_t)
     if i_q > high:
@@ -75,3 +84,34 @@ def split_force(p, c, F, omega, tau_loss):
     if wanted < low:
         return low, (low - wanted) * c.n
     return wanted, 0.0
+
+
+@jit
+def throttle_force(p, throttle, v, force):
+    """Wheel force [N] of a throttle at v [m/s], bilinear in the file's table.
+
+    The table is clamped at its edges: (throttle, speed, force by both).
+    """
+    x = felt_throttle(throttle, p.throttle_dead_zone.threshold)
+    i = cell_of(x, force[0])
+    j = cell_of(v, force[1])
+    a = (x - force[0][i]) / (force[0][i + 1] - force[0][i])
+    b = (v - force[1][j]) / (force[1][j + 1] - force[1][j])
+    a = min(max(a, 0.0), 1.0)
+    b = min(max(b, 0.0), 1.0)
+    F = force[2]
+    low = F[i, j] * (1.0 - b) + F[i, j + 1] * b
+    high = F[i + 1, j] * (1.0 - b) + F[i + 1, j + 1] * b
+    return low * (1.0 - a) + high * a
+
+
+@jit
+def road_wheel_angle(p, s, command):
+    """Angle [rad] of the road wheels: lag(backlash(gain · command + offset))."""
+    target = offset_angle(
+        geared_angle(command, p.steering_gain.gain), p.steering_offset.angle_rad
+    )
+    s.play = with_play(s.play, target, p.steering_backlash.width_rad)
+    tau = p.steering_lag.time_constant_s
+    s.angle = lagged(s.angle, s.play, tau, p.control.T_loop)
+    return s.angle

@@ -8,6 +8,9 @@ from rcc_sim.errors import LedgerError
 CLOSES = 1e-6
 """Largest fraction of the energy throughput that a ledger may leave open."""
 
+LEAST = 1e-6
+"""Energy below which rounding is all there is. [J]"""
+
 
 def left_open(
     name: str, given: float, sinks: Mapping[str, float], through: float
@@ -32,7 +35,7 @@ def left_open(
         If it is more than 1e-6: the run cannot be trusted.
     """
     booked = math.fsum(abs(energy) for energy in sinks.values())
-    open_ = (given - math.fsum(sinks.values())) / max(through, booked, 1e-9)
+    open_ = (given - math.fsum(sinks.values())) / max(through, booked, LEAST)
     if not abs(open_) <= CLOSES:
         raise LedgerError(
             f"{name}: the energy ledger does not close: {open_:.1e} of the "

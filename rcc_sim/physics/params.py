@@ -5,7 +5,7 @@ from __future__ import annotations
 from rcc_sim.physics.effects import EFFECTS
 from rcc_sim.physics.record import Schema, floats
 
-SPEED, TORQUE = 0.0, 1.0
+SPEED, TORQUE, THROTTLE = 0.0, 1.0, 2.0
 """Modes of the controller."""
 
 STRAIGHT, LOGGED, FOLLOW = 0.0, 1.0, 2.0
@@ -32,13 +32,14 @@ CHASSIS: Schema = floats(
 
 STATE: Schema = floats(
     "t", "v_x", "v_y", "r", "x", "y", "psi", "s", "z", "a_x", "integral",
-    "ref_at", "steer_at", "grade_at", "aux_at",
+    "play", "angle", "tau", "ref_at", "steer_at", "throttle_at", "grade_at", "aux_at",
 )  # fmt: skip
-"""What the vehicle carries from step to step; the last four are places in tables."""
+"""What the vehicle carries from step to step; the last five are places in tables."""
 
 INPUTS: Schema = floats(
-    "v_ref", "a_ref", "tau", "brake", "delta", "sin_delta", "cos_delta", "slope", "aux"
-)
+    "v_ref", "a_ref", "throttle", "tau", "brake", "steer", "delta", "sin_delta",
+    "cos_delta", "slope", "aux",
+)  # fmt: skip
 """What acts on the vehicle during one step."""
 
 FORCES: Schema = floats(
@@ -54,8 +55,8 @@ FLOW: Schema = floats(
 """Time integrals since the last row, and what went beyond the vehicle's means."""
 
 ROW: Schema = floats(
-    "t", "v_ref", "delta", "v", "v_y", "r", "a_x", "a_y", "i_q", "tau", "u", "i", "P",
-    "x", "y", "psi", "z", "slope", "aux", "s", "E", "E_abs",
+    "t", "v_ref", "throttle", "steer", "v", "v_y", "r", "a_x", "a_y", "i_q", "tau",
+    "u", "i", "P", "x", "y", "psi", "z", "slope", "aux", "s", "E", "E_abs",
 )  # fmt: skip
 """One row of the trace: samples, and means since the row before."""
 

@@ -3,11 +3,29 @@
 import math
 
 from rcc_sim.jit import jit
-from rcc_sim.physics.control import driver, speed_loop, split_force
+from rcc_sim.physics.control import (
+    driver,
+    road_wheel_angle,
+    speed_loop,
+    split_force,
+    throttle_force,
+)
+from rcc_sim.physics.effects.actuation_delay import command_of
+from rcc_sim.physics.effects.motor_efficiency import ETA_MIN
+from rcc_sim.physics.effects.motor_lag import built_up
 from rcc_sim.physics.effects.reference_sampling import held_time
+from rcc_sim.physics.effects.steering_delay import delayed
 from rcc_sim.physics.follower import lane_curvature, pursuit_steer
-from rcc_sim.physics.params import FOLLOW, LOGGED, SPEED
-from rcc_sim.physics.step import book_state, prepare, resist, step, step_imposed
+from rcc_sim.physics.params import FOLLOW, LOGGED, SPEED, THROTTLE
+from rcc_sim.physics.step import (
+    book_state,
+    electrify,
+    mapped_efficiency,
+    prepare,
+    resist,
+    step,
+    step_imposed,
+)
 
 
 @jit
@@ -45,7 +63,8 @@ def write(c, s, u, E, flow, row):
     book_state(c, s, E)
     row.t = s.t
     row.v_ref = u.v_ref
-    row.delta = u.delta
+    row.throttle = u.throttle
+    row.steer = u.steer
     row.v = s.v_x
     row.v_y = s.v_y
     row.r = s.r
@@ -78,23 +97,28 @@ def write(c, s, u, E, flow, row):
 
 
 @jit
-def look_up(p, s, u, ref, steer, grade, aux):
-    """Read reference, steer, slope and auxiliary power at the state's time and place.
-
-    Each table is a pair of arrays (time or distance, value).
-    """
+def look_up_reference(p, s, u, ref):
+    """Read the speed reference that holds at the state's time."""
     t_held = held_time(s.t, p.reference_sampling.period_s)
     s.ref_at = seek(t_held, ref[0], s.ref_at)
-    i = int(s.ref_at)
-    u.v_ref = between(t_held, ref[0], ref[1], i)
-    if p.lanes.steer == LOGGED:
-        s.steer_at = seek(s.t, steer[0], s.steer_at)
-        u.delta = between(s.t, steer[0], steer[1], int(s.steer_at))
-    s.grade_at = seek(s.s, grade[0], s.grade_at)
-    u.slope = between(s.s, grade[0], grade[1], int(s.grade_at))
+    u.v_ref = between(t_held, ref[0], ref[1], int(s.ref_at))
+
+
+@jit
+def look_up_steer(s, u, steer):
+    """Read the commanded steering angle at the state's time."""
+    s.steer_at = seek(s.t, steer[0], s.steer_at)
+    u.steer = between(s.t, steer[0], steer[1], int(s.steer_at))
+
+
+@jit
+def look_up_road(p, s, u, grade, aux, t, distance):
+    """Read the slope at a distance [m] and the logged auxiliary power at a time [s]."""
+    s.grade_at = seek(distance, grade[0], s.grade_at)
+    u.slope = between(distance, grade[0], grade[1], int(s.grade_at))
     u.slope += p.road_grade.slope
-    s.aux_at = seek(s.t, aux[0], s.aux_at)
-    u.aux = between(s.t, aux[0], aux[1], int(s.aux_at))
+    s.aux_at = seek(t, aux[0], s.aux_at)
+    u.aux = between(t, aux[0], aux[1], int(s.aux_at))
 
 
 @jit
@@ -107,59 +131,112 @@ def slope_of(x, xs, ys, i):
 
 
 @jit
-def command(p, c, s, u, f, ref):
-    """Let the controller decide torque, brake and steer for the next tick."""
-    if p.control.mode == SPEED:
-        u.tau = speed_loop(p, c, s, u)
-    else:
-        u.a_ref = slope_of(s.t + 0.5 * p.control.T_loop, ref[0], ref[1], s.ref_at)
-        resist(p, c, u, f, s.v_x)
-        F = driver(p, c, s, u, f.roll + f.aero + f.grade + f.road)
-        u.tau, u.brake = split_force(p, c, F, c.n * s.v_x, f.visc + f.dry + f.iron)
-    if p.lanes.steer == FOLLOW:
-        u.delta = pursuit_steer(p, c, s)
+def follow_reference(p, c, s, u, f, ref):
+    """Let a driver decide torque [N m] and brake for the tick: torque mode."""
+    u.a_ref = slope_of(s.t + 0.5 * p.control.T_loop, ref[0], ref[1], s.ref_at)
+    resist(p, c, u, f, s.v_x)
+    F = driver(p, c, s, u, f.roll + f.aero + f.grade + f.road)
+    tau, u.brake = split_force(p, c, F, c.n * s.v_x, f.visc + f.dry + f.iron)
+    return tau
+
+
+@jit
+def obey_throttle(p, c, s, u, force, throttle, late_motor, k):
+    """Torque [N m] that the logged throttle of a while ago asks for."""
+    s.throttle_at = seek(s.t, throttle[0], s.throttle_at)
+    u.throttle = between(s.t, throttle[0], throttle[1], int(s.throttle_at))
+    T = p.control.T_loop
+    late = command_of(late_motor, k, p.actuation_delay.delay_s, T, u.throttle)
+    return throttle_force(p, late, s.v_x, force) / c.n
+
+
+@jit
+def actuate(p, c, s, u, tau, steer):
+    """Bring torque [N m] and steering command [rad] to the wheels, with their lags."""
+    T = p.control.T_loop
+    s.tau = built_up(s.tau, tau, p.motor_lag.time_constant_s, T)
+    u.tau = s.tau
+    u.delta = road_wheel_angle(p, s, steer)
     u.sin_delta = math.sin(u.delta)
     u.cos_delta = math.cos(u.delta)
 
 
 @jit
-def run_commanded(P, work, ref, steer, grade, aux, eta, rows, sinks, every, substeps):
+def run_commanded(P, work, drive, maps, lines, rows, sinks, every, substeps):
     """Drive the vehicle by its controller; one row each `every` ticks of the loop.
 
     P holds the parameters, work the other records (chassis, state, inputs, forces,
-    flow); rows and sinks are filled, the first with the state at the start.
+    flow), drive the tables of what is asked for (reference, steer and throttle over
+    time, slope over distance, auxiliary power over time), maps the motor's efficiency
+    and the force of the throttle, lines the ring buffers of the motor's and the
+    steering's dead time; rows and sinks are filled, the first with the start.
     """
     p = P[0]
     c, s, u, f, flow = work[0][0], work[1][0], work[2][0], work[3][0], work[4][0]
     E = sinks[0]
-    begin(p, c, s, ref[1][0], 0.0)
+    ref, steer, throttle, grade, aux = drive
+    eta, force = maps
+    late_motor, late_steer = lines
     T = p.control.T_loop
     dt = T / substeps
-    look_up(p, s, u, ref, steer, grade, aux)
+    eff = max(p.motor_efficiency.scale, ETA_MIN)
+    varies = len(grade[0]) > 1 or len(aux[0]) > 1
+    begin(p, c, s, ref[1][0], 0.0)
+    look_up_reference(p, s, u, ref)
+    look_up_road(p, s, u, grade, aux, s.t, s.s)
     write(c, s, u, E, flow, rows[0])
     for k in range(1, len(rows)):
         sinks[k] = sinks[k - 1]
         E = sinks[k]
         for j in range(every):
-            s.t = ((k - 1) * every + j) * T
-            look_up(p, s, u, ref, steer, grade, aux)
-            command(p, c, s, u, f, ref)
+            tick = (k - 1) * every + j
+            s.t = tick * T
+            look_up_reference(p, s, u, ref)
+            if varies:
+                look_up_road(p, s, u, grade, aux, s.t, s.s)
+            if p.control.mode == SPEED:
+                tau = speed_loop(p, c, s, u)
+            elif p.control.mode == THROTTLE:
+                tau = obey_throttle(p, c, s, u, force, throttle, late_motor, tick)
+            else:
+                tau = follow_reference(p, c, s, u, f, ref)
+            if p.actuation_delay.delay_s > 0.0 and p.control.mode != THROTTLE:
+                delay = p.actuation_delay.delay_s
+                tau = command_of(late_motor, tick, delay, T, tau)
+            if p.lanes.steer == LOGGED:
+                look_up_steer(s, u, steer)
+            elif p.lanes.steer == FOLLOW:
+                u.steer = pursuit_steer(p, c, s)
+            angle = u.steer
+            if p.steering_delay.delay_s > 0.0:
+                angle = delayed(late_steer, tick, p.steering_delay.delay_s, T, angle)
+            actuate(p, c, s, u, tau, angle)
             for _ in range(substeps):
-                step(p, c, s, u, f, E, flow, eta, dt)
+                step(p, c, s, u, f, E, flow, dt)
+                if len(eta[0]) > 1:
+                    eff = mapped_efficiency(p, c, u, f, flow, eta, dt)
+                electrify(p, c, u, f, E, flow, eff, dt)
         s.t = k * every * T
         write(c, s, u, E, flow, rows[k])
 
 
 @jit
-def run_imposed(P, work, time, speed, yaw_rate, grade, aux, eta, rows, sinks):
+def run_imposed(P, work, drive, maps, rows, sinks):
     """Take speed (and yaw rate) as they are, row by row, and find what they cost.
 
-    A yaw rate of a single entry, 0, means: that of the lanes in P, or none.
+    ``drive`` holds time, speed and yaw rate at the rows, then slope over distance and
+    auxiliary power over time, each a pair of arrays. A yaw rate of a single entry, 0,
+    means: that of the lanes in P, or none.
     """
     p = P[0]
     c, s, u, f, flow = work[0][0], work[1][0], work[2][0], work[3][0], work[4][0]
     E = sinks[0]
+    time, speed, yaw_rate, grade, aux = drive
+    eta = maps[0]
+    eff = max(p.motor_efficiency.scale, ETA_MIN)
+    varies = len(grade[0]) > 1 or len(aux[0]) > 1
     begin(p, c, s, speed[0], yaw_rate[0])
+    look_up_road(p, s, u, grade, aux, time[0], 0.0)
     u.v_ref = speed[0]
     s.t = time[0]
     write(c, s, u, E, flow, rows[0])
@@ -167,12 +244,9 @@ def run_imposed(P, work, time, speed, yaw_rate, grade, aux, eta, rows, sinks):
         sinks[k] = sinks[k - 1]
         E = sinks[k]
         dt = time[k] - time[k - 1]
-        middle = s.s + 0.25 * (speed[k] + speed[k - 1]) * dt
-        s.grade_at = seek(middle, grade[0], s.grade_at)
-        u.slope = between(middle, grade[0], grade[1], int(s.grade_at))
-        u.slope += p.road_grade.slope
-        s.aux_at = seek(time[k] - 0.5 * dt, aux[0], s.aux_at)
-        u.aux = between(time[k] - 0.5 * dt, aux[0], aux[1], int(s.aux_at))
+        if varies:
+            middle = s.s + 0.25 * (speed[k] + speed[k - 1]) * dt
+            look_up_road(p, s, u, grade, aux, time[k] - 0.5 * dt, middle)
         r = 0.0
         if len(yaw_rate) > 1:
             r = yaw_rate[k]
@@ -180,7 +254,10 @@ def run_imposed(P, work, time, speed, yaw_rate, grade, aux, eta, rows, sinks):
             x = s.s + 0.5 * (speed[k] + speed[k - 1]) * dt
             bend = lane_curvature(x, p.lanes.every, p.lanes.width, p.lanes.length)
             r = speed[k] * bend
-        step_imposed(p, c, s, u, f, E, flow, eta, speed[k], r, dt)
+        step_imposed(p, c, s, u, f, E, flow, speed[k], r, dt)
+        if len(eta[0]) > 1:
+            eff = mapped_efficiency(p, c, u, f, flow, eta, dt)
+        electrify(p, c, u, f, E, flow, eff, dt)
         s.t = time[k]
         u.v_ref = speed[k]
         write(c, s, u, E, flow, rows[k])

@@ -12,9 +12,11 @@ from rcc_sim.physics.bicycle import corner, steady_axle_forces, turn_velocity
 from rcc_sim.physics.effects.aerodynamic_drag import drag_force
 from rcc_sim.physics.effects.auxiliary_load import auxiliary_power
 from rcc_sim.physics.effects.battery_resistance import terminal_current
+from rcc_sim.physics.effects.cg_shift import shifted_axles
 from rcc_sim.physics.effects.copper_loss import copper_power
 from rcc_sim.physics.effects.drivetrain_damping import damping_torque
 from rcc_sim.physics.effects.drivetrain_friction import friction_torque
+from rcc_sim.physics.effects.front_cornering_stiffness import front_stiffness
 from rcc_sim.physics.effects.gear_loss import gear_transmission
 from rcc_sim.physics.effects.headwind import air_speed
 from rcc_sim.physics.effects.iron_loss import iron_torque
@@ -24,6 +26,7 @@ from rcc_sim.physics.effects.motor_efficiency import (
     outside_map,
 )
 from rcc_sim.physics.effects.payload import loaded
+from rcc_sim.physics.effects.rear_cornering_stiffness import rear_stiffness
 from rcc_sim.physics.effects.regeneration_limit import braking_limit
 from rcc_sim.physics.effects.road_grade import grade_force, wheel_load
 from rcc_sim.physics.effects.road_load import road_load_force
@@ -31,6 +34,7 @@ from rcc_sim.physics.effects.rolling_resistance import rolling_force
 from rcc_sim.physics.effects.rotor_inertia import reflected_mass
 from rcc_sim.physics.effects.tyre_saturation import slip_angle
 from rcc_sim.physics.effects.wheel_radius import true_radius
+from rcc_sim.physics.effects.yaw_inertia import true_yaw_inertia
 from rcc_sim.physics.powertrain import q_current, torque_envelope
 from rcc_sim.units import G
 
@@ -42,12 +46,12 @@ def prepare(p, c):
     """Work out the constants of a run from its parameters."""
     m = p.body.m
     c.m = loaded(m, m, p.payload.mass_kg)
-    c.I_z = loaded(p.body.I_z, m, p.payload.mass_kg)
-    c.l_F = p.body.l_F
-    c.l_R = p.body.l_R
+    I_z = true_yaw_inertia(p.body.I_z, p.yaw_inertia.scale)
+    c.I_z = loaded(I_z, m, p.payload.mass_kg)
+    c.l_F, c.l_R = shifted_axles(p.body.l_F, p.body.l_R, p.cg_shift.shift_m)
     c.l = c.l_F + c.l_R
-    c.C_F = p.tyre.C_F
-    c.C_R = p.tyre.C_R
+    c.C_F = front_stiffness(p.tyre.C_F, p.front_cornering_stiffness.scale)
+    c.C_R = rear_stiffness(p.tyre.C_R, p.rear_cornering_stiffness.scale)
     mu = p.tyre_saturation.friction_coefficient
     c.D_F = mu * c.m * G * c.l_R / (2.0 * c.l)
     c.D_R = mu * c.m * G * c.l_F / (2.0 * c.l)
@@ -100,7 +104,7 @@ def accelerate(p, c, u, f):
 
 
 @jit
-def step(p, c, s, u, f, E, flow, eta, dt):
+def step(p, c, s, u, f, E, flow, dt):
     """Advance the vehicle by dt [s] under the inputs u; book where the energy went."""
     turn_velocity(c, s, 0.5 * dt)
     v = max(s.v_x + 0.5 * dt * s.a_x, 0.0)
@@ -117,7 +121,6 @@ def step(p, c, s, u, f, E, flow, eta, dt):
     f.v = 0.5 * (s.v_x + v_1)
     a_mean = (v_1 - s.v_x) / dt
     book_motion(c, u, f, E, dt)
-    electrify(p, c, u, f, E, flow, eta, dt)
     turning = (c.m / c.m_spin - 1.0) * s.v_y * f.r
     flow.a_x += (a_mean + turning + f.grade / c.m) * dt
     flow.a_y += (f.F_F * u.cos_delta + f.F_R) / c.m * dt
@@ -140,7 +143,7 @@ def step(p, c, s, u, f, E, flow, eta, dt):
 
 
 @jit
-def step_imposed(p, c, s, u, f, E, flow, eta, v_1, r_1, dt):
+def step_imposed(p, c, s, u, f, E, flow, v_1, r_1, dt):
     """Advance by dt [s] to the speed and yaw rate that were measured.
 
     The torque that this takes is worked out backwards; what the motor may not
@@ -162,7 +165,6 @@ def step_imposed(p, c, s, u, f, E, flow, eta, v_1, r_1, dt):
         f.T_L = 0.0
         f.k = 1.0
     book_motion_imposed(c, u, f, E)
-    electrify(p, c, u, f, E, flow, eta, dt)
     flow.a_x += (f.a + f.grade / c.m) * dt
     flow.a_y += f.v * f.r * dt
     s.v_x = v_1
@@ -237,14 +239,26 @@ def book_shared(c, u, f, E, ds):
 
 
 @jit
-def electrify(p, c, u, f, E, flow, eta, dt):
-    """From shaft to battery terminals: P_b = tau ω + 3/2 R I_q² + losses + aux."""
+def mapped_efficiency(p, c, u, f, flow, eta, dt):
+    """Efficiency of motor and inverter [1] during the step; counts where the map ends.
+
+    ``eta`` is the map: torque, speed, efficiency by both.
+    """
+    omega = c.n * f.v
+    if outside_map(u.tau, omega, eta[0], eta[1]):
+        flow.outside += dt
+    scale = p.motor_efficiency.scale
+    return map_efficiency(u.tau, omega, scale, eta[0], eta[1], eta[2])
+
+
+@jit
+def electrify(p, c, u, f, E, flow, eff, dt):
+    """From shaft to battery terminals: P_b = tau ω + 3/2 R I_q² + losses + aux.
+
+    ``eff`` is the efficiency of motor and inverter, beside the single loss terms.
+    """
     omega = c.n * f.v
     i_q = q_current(u.tau, c.K_t)
-    scale = p.motor_efficiency.scale
-    eff = map_efficiency(u.tau, omega, scale, eta[0], eta[1], eta[2])
-    if eta[2].shape[0] > 1 and outside_map(u.tau, omega, eta[0], eta[1]):
-        flow.outside += dt
     share = f.moving / dt
     P_shaft = u.tau * omega * share
     P_copper = copper_power(i_q, p.copper_loss.phase_resistance_ohm)

@@ -17,6 +17,7 @@ from rcc_sim.units import J_PER_WH, unit_of
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.typing import RcKeyType
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 """Okabe-Ito, in an order that also differs in lightness."""
@@ -26,7 +27,7 @@ FORMATS = (".png", ".svg", ".pdf")
 POINTS = 4000
 """Points that a line is thinned to; each stretch keeps its least and its greatest."""
 
-STYLE = {
+STYLE: dict[RcKeyType, Any] = {
     "figure.dpi": 110,
     "savefig.dpi": 200,
     "font.size": 9,
@@ -93,7 +94,8 @@ def plot_run(*traces: Trace) -> Figure:
         axes[0].legend(loc="upper right", ncols=2, frameon=False)
     else:
         driven = [line for line in axes[0].lines if line.get_label() == "driven"]
-        names = [trace.name for trace in traces]
+        driven += [x for x in axes[0].lines if x.get_label() == "reference"]
+        names = [*(trace.name for trace in traces), "reference"]
         axes[0].legend(driven, names, frameon=False, fontsize=8)
     axes[-1].set_xlabel("Time [s]")
     figure.suptitle(traces[0].name if len(traces) == 1 else "", x=0.02, ha="left")
@@ -111,9 +113,9 @@ def plot_energy(traces: Sequence[Trace], reports: Sequence[EnergyReport]) -> Fig
     for k, trace in enumerate(traces):
         distance = cumulative_distance(trace)
         energy = cumulative_energy(trace) / J_PER_WH
-        style = {"color": COLOURS[k % len(COLOURS)], "ls": DASHES[k % len(DASHES)]}
+        colour, dash = COLOURS[k % len(COLOURS)], DASHES[k % len(DASHES)]
         x, y = _thin(distance - distance[0], energy - energy[0])
-        way.plot(x, y, label=reports[k].name, **style)
+        way.plot(x, y, label=reports[k].name, color=colour, ls=dash)
     way.set_xlabel("Distance [m]")
     way.set_ylabel("Battery energy [Wh]")
     way.legend(frameon=False)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rcc_sim.definitions.figure import Figure
 from rcc_sim.definitions.kernel import open_circuit_voltage
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.physics.params import SINKS
@@ -37,7 +38,7 @@ def trace_columns(
     out = {
         "time_s": column(rows, "t"),
         "speed_ref_mps": column(rows, "v_ref"),
-        "steer_cmd_rad": column(rows, "delta"),
+        "steer_cmd_rad": column(rows, "steer"),
         "speed_mps": v * (n / n_file),
         "yaw_rate_radps": column(rows, "r"),
         "accel_x_mps2": column(rows, "a_x"),
@@ -53,6 +54,7 @@ def trace_columns(
         out["battery_voltage_v"][0] = open_circuit_voltage(vehicle)
     out["battery_power_w"] = column(rows, "P")
     for name, symbol in (
+        ("throttle", "throttle"),
         ("aux_power_w", "aux"),
         ("slope", "slope"),
         ("elevation_m", "z"),
@@ -74,7 +76,7 @@ def _motor_columns(vehicle: Vehicle, i_q: Array, omega: Array) -> dict[str, Arra
     out = {"motor_current_a": i_q, "current_q_a": i_q, "current_d_a": 0.0 * i_q}
     motor = vehicle.motor
     resistance = vehicle.effects.get("copper_loss", {}).get("phase_resistance_ohm")
-    if motor.average_inductance_h is None or not hasattr(resistance, "value"):
+    if motor.average_inductance_h is None or not isinstance(resistance, Figure):
         return out
     half = motor.inductance_difference_h
     L_q = motor.average_inductance_h.value + (half.value / 2 if half else 0.0)

@@ -11,7 +11,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rcc_sim.definitions.cycle import Cycle
-from rcc_sim.definitions.kernel import efficiency_map, kernel_params
+from rcc_sim.definitions.kernel import (
+    check_throttle,
+    efficiency_map,
+    force_table,
+    kernel_params,
+)
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
 from rcc_sim.jit import compiled, compiler_is_loaded
@@ -28,7 +33,7 @@ Profile = tuple[ArrayLike, ArrayLike]
 FEW_ROWS = 20_000
 """Imposed runs up to this many rows are done before a compiler would be loaded."""
 
-OUTPUT_RATE = {"speed": 100.0, "torque": 10.0}
+OUTPUT_RATE = {"speed": 100.0, "torque": 10.0, "throttle": 100.0}
 """Rows per second where neither user nor file says so. [Hz]"""
 
 WORK = (schema.CHASSIS, schema.STATE, schema.INPUTS, schema.FORCES, schema.FLOW)
@@ -72,7 +77,8 @@ class LaneChanges:
             raise InputError(f"lane width: should be finite: {width:g} m")
         if length > self.every:
             raise InputError(
-                f"lane change: takes {length:g} m, and one starts every {self.every:g} m"
+                f"lane change: takes {length:g} m, and one starts every"
+                f" {self.every:g} m"
             )
         return {
             "steer": schema.FOLLOW,
@@ -117,6 +123,7 @@ def simulate(
     imposed: bool = False,
     lanes: LaneChanges | None = None,
     steer: Profile | None = None,
+    throttle: Profile | None = None,
     yaw_rate: ArrayLike | None = None,
     slope: Profile | None = None,
     aux_power: Profile | None = None,
@@ -137,6 +144,9 @@ def simulate(
         Lane changes by distance driven, by a path follower.
     steer : (time, angle) or None
         Commanded steering angle over time, in place of the follower. [s], [rad]
+    throttle : (time, throttle) or None
+        Throttle over time, for a vehicle in throttle mode; the cycle then gives the
+        speed at the start and the duration. [s], [1]
     yaw_rate : array_like of shape (n,) or None
         Yaw rate at the cycle's rows, for imposed runs. [rad/s]
     slope : (distance, slope) or None
@@ -160,22 +170,27 @@ def simulate(
     values = kernel_params(vehicle, commanded=not imposed)
     if lanes is not None:
         values["lanes"] = lanes.params(vehicle)
+    if steer is not None:
+        values["lanes"]["steer"] = schema.LOGGED
     start = float(cycle.time_s[0])
     roads = (_profile(slope, 0.0, "slope"), _profile(aux_power, start, "aux power"))
     if imposed:
-        arguments, rows = _imposed_arguments(cycle, yaw_rate)
-        kernel: Callable[..., Any] = run_imposed
+        rows = len(cycle.time_s)
         tail: tuple[int, ...] = ()
-    else:
-        steering = _profile(steer, start, "steer")
-        if steer is not None:
-            values["lanes"]["steer"] = schema.LOGGED
-        every, rows = _sampling(
-            vehicle, cycle, values["control"]["T_loop"], output_rate
+        drive: tuple[Any, ...] = (
+            cycle.time_s,
+            cycle.speed_mps,
+            _yaw_rate(cycle, yaw_rate),
+            *roads,
         )
-        reference = np.array([cycle.time_s - start, cycle.speed_mps])
-        arguments, tail = (reference, steering), (every, substeps)
-        kernel = run_commanded
+    else:
+        check_throttle(vehicle, given=throttle is not None)
+        T_loop = values["control"]["T_loop"]
+        every, rows = _sampling(vehicle, cycle, T_loop, output_rate)
+        tail = (every, substeps)
+        reference = (cycle.time_s - start, cycle.speed_mps)
+        steering = _profile(steer, start, "steer")
+        drive = (reference, steering, _profile(throttle, start, "throttle"), *roads)
     fast = engine == "compiled" or (
         engine == "auto" and (not imposed or rows > FEW_ROWS or compiler_is_loaded())
     )
@@ -183,9 +198,20 @@ def simulate(
     P, work = make(schema.PARAMS), tuple(make(s) for s in WORK)
     table, sinks = make(schema.ROW, rows), make(record.floats(*schema.SINKS), rows)
     record.fill(P[0], values)
+    maps = (efficiency_map(vehicle), force_table(vehicle))
+    kernel: Callable[..., Any] = run_imposed if imposed else run_commanded
+    lines = () if imposed else (_delay_lines(values),)
     call = compiled(kernel) if fast else kernel
-    call(P, work, *arguments, *roads, efficiency_map(vehicle), table, sinks, *tail)
+    call(P, work, drive, maps, *lines, table, sinks, *tail)
     return _run(vehicle, cycle, work, table, sinks)
+
+
+def throttle_drive(log: Trace) -> tuple[Cycle, Profile]:
+    """Return duration and speed at the start, and the throttle, of a logged drive."""
+    time = log["time_s"]
+    first = float(log["speed_mps"][0]) if "speed_mps" in log else 0.0
+    speed = np.concatenate([[max(first, 0.0)], np.zeros(len(time) - 1)])
+    return Cycle(log.name, time, speed), (time, log["throttle"])
 
 
 def _run(vehicle: Vehicle, cycle: Cycle, work: Any, table: Any, sinks: Any) -> Run:
@@ -215,15 +241,25 @@ def _run(vehicle: Vehicle, cycle: Cycle, work: Any, table: Any, sinks: Any) -> R
     return Run(trace, ledger, given, throughput, residual, notes)
 
 
-def _imposed_arguments(
-    cycle: Cycle, yaw_rate: ArrayLike | None
-) -> tuple[tuple[NDArray[np.float64], ...], int]:
-    yaw = np.zeros(1) if yaw_rate is None else np.asarray(yaw_rate, dtype=float)
-    if yaw_rate is not None and yaw.shape != cycle.time_s.shape:
+def _yaw_rate(cycle: Cycle, yaw_rate: ArrayLike | None) -> NDArray[np.float64]:
+    if yaw_rate is None:
+        return np.zeros(1)
+    yaw = np.ascontiguousarray(yaw_rate, dtype=float)
+    if yaw.shape != cycle.time_s.shape:
         raise InputError(
             f"{cycle.name}: yaw rate: should have {len(cycle.time_s)} rows: {yaw.size}"
         )
-    return (cycle.time_s, cycle.speed_mps, yaw), len(cycle.time_s)
+    return yaw
+
+
+def _delay_lines(
+    values: dict[str, dict[str, float]],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the ring buffers of the motor's and the steering's dead time."""
+    delays = (values[n]["delay_s"] for n in ("actuation_delay", "steering_delay"))
+    longest = max(delays) / values["control"]["T_loop"]
+    size = math.ceil(longest) + 3
+    return np.zeros(size), np.zeros(size)
 
 
 def _sampling(

@@ -98,7 +98,9 @@ def test_overrides_act(cycle):
     heavier = rccsim("simulate", "rcc", "--cycle", cycle, "--set", "body.mass_kg=4.5")
     plain = rccsim("simulate", "rcc", "--cycle", cycle)
     assert heavier.stdout != plain.stdout
-    free = rccsim("simulate", "rcc", "--cycle", cycle, "--without", "drivetrain_damping")
+    free = rccsim(
+        "simulate", "rcc", "--cycle", cycle, "--without", "drivetrain_damping"
+    )
     assert "energy_drivetrain_damping_j" not in free.stdout.partition("\n")[0]
 
 
@@ -183,7 +185,10 @@ def test_an_interrupt_is_130_and_leaves_nothing(tmp_path):
         ("time_s,speed_mps\n", ["no rows"]),
         ("a,b\n1,2\n", ["time_s"]),
         ("time_s,battery_power_w\n0,1\n0,1\n", ["row 2", "increase"]),
-        ("time_s,battery_power_w,speed_mps\n0,1,1\n1,x,1\n", ["battery_power_w", "row 2"]),
+        (
+            "time_s,battery_power_w,speed_mps\n0,1,1\n1,x,1\n",
+            ["battery_power_w", "row 2"],
+        ),
         ("time_s,battery_power_w,speed_mps\n0,1,1\n1,,1\n", ["row 2", "missing"]),
         ("time_s,speed_mps\n0,1\n1,2\n", ["battery_power_w"]),
         ("time_s,speed_mps\n0,1\n1,2,3\n", ["CSV"]),
@@ -205,7 +210,9 @@ def test_a_ledger_that_lost_a_column_fails_the_check(cycle):
 
 
 def test_a_measured_trace_without_a_ledger_is_integrated():
-    text = "time_s,speed_mps,battery_voltage_v,battery_current_a\n0,2,10,1\n3600,2,10,1\n"
+    text = (
+        "time_s,speed_mps,battery_voltage_v,battery_current_a\n0,2,10,1\n3600,2,10,1\n"
+    )
     report = json.loads(rccsim("energy", "-", "--json", stdin=text).stdout)
     assert report["energy_wh"] == pytest.approx(10.0)
     assert report["wh_per_km"] == pytest.approx(10 / 7.2)

@@ -171,7 +171,7 @@ def test_a_turned_sign_of_the_torque_is_named():
 
 def test_a_log_that_never_settles_is_refused():
     t = np.arange(0, 10, 0.01)
-    with pytest.raises(InputError, match="no stretch of 0.2 s"):
+    with pytest.raises(InputError, match=r"no stretch of 0\.2 s"):
         fit_step(t, 300 * np.sin(3 * t), np.cos(3 * t))
 
 

@@ -1,6 +1,7 @@
 """The model against closed forms, a second integrator and conservation laws."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -163,7 +164,7 @@ def test_scipy_integrates_the_same_drive():
         return 0.12 * np.sin(2.0 * t)
 
     def rhs(t, state):
-        v_x, v_y, r, x, y, psi, gap = state
+        v_x, v_y, r, _, _, psi, gap = state
         d = steer(t)
         error = (3.5 - v_x) * N
         tau = K_T * (0.25 * error + 0.5 * gap)
@@ -214,7 +215,7 @@ def test_halving_the_step_quarters_the_error():
         for n in (8, 16, 32, 256)
     ]
     errors = [abs(value - yaw[-1]) for value in yaw[:-1]]
-    for coarse, fine in zip(errors, errors[1:], strict=False):
+    for coarse, fine in pairwise(errors):
         assert 3.0 < coarse / fine < 5.5
 
 

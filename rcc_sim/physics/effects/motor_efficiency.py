@@ -30,11 +30,8 @@ def outside_map(tau, omega, map_tau, map_omega):
 def map_efficiency(tau, omega, scale, map_tau, map_omega, map_eta):
     """Efficiency [1] at shaft torque tau [N m] and speed omega [rad/s].
 
-    Bilinear in the measured grid, clamped at its edge; a grid of a single point
-    is a constant. ``scale`` multiplies it.
+    Bilinear in the measured grid, clamped at its edge; ``scale`` multiplies it.
     """
-    if len(map_tau) < 2 or len(map_omega) < 2:
-        return max(scale * map_eta[0, 0], ETA_MIN)
     i = cell_of(abs(tau), map_tau)
     j = cell_of(omega, map_omega)
     a = (abs(tau) - map_tau[i]) / (map_tau[i + 1] - map_tau[i])

@@ -1,0 +1,87 @@
+"""A vehicle's file as tables: read, and laid over the vehicle that it extends."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import tomli
+
+from rcc_sim.definitions import library
+from rcc_sim.errors import InputError
+
+LARGEST_FILE = 1_000_000  # bytes; a vehicle is a page or two of text
+
+
+def resolved(path: Path, seen: tuple[Path, ...] = ()) -> dict[str, Any]:
+    """Return the tables of a file laid over those of the vehicle it extends.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    seen : tuple of Path, optional
+        Files that led here, each extending the next.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read, is not TOML, or extends itself.
+    """
+    raw = _read_toml(path)
+    heading = raw.get("vehicle")
+    base = heading.get("extends") if isinstance(heading, dict) else None
+    if not base:
+        return raw
+    if path.resolve() in seen:
+        chain = " -> ".join(p.stem for p in (*seen, path.resolve()))
+        raise InputError(f"{path}: vehicle.extends: goes round in a circle: {chain}")
+    if not isinstance(base, str):
+        raise InputError(f"{path}: vehicle.extends: should be the name of a vehicle")
+    beside = path.parent / f"{base}.toml"
+    if beside.is_file() and beside.resolve() != path.resolve():
+        parent = beside
+    else:
+        parent, _ = library.find("vehicles", base, (".toml",))
+    merged = resolved(parent, (*seen, path.resolve()))
+    effects = raw.get("effects", {})
+    for name in effects.pop("without", []) if isinstance(effects, dict) else []:
+        if merged.get("effects", {}).pop(name, None) is None:
+            raise InputError(f"{path}: effects.without: {base} does not have {name}")
+    return _overlaid(merged, raw)
+
+
+def _overlaid(base: dict[str, Any], top: dict[str, Any]) -> dict[str, Any]:
+    """Lay one set of tables over another; a figure is replaced as a whole."""
+    merged = dict(base)
+    for key, value in top.items():
+        below = merged.get(key)
+        is_figure = isinstance(value, dict) and ("value" in value or "low" in value)
+        if isinstance(value, dict) and isinstance(below, dict) and not is_figure:
+            merged[key] = _overlaid(below, value)
+        else:
+            merged[key] = value
+    return merged
+
+
+def _read_toml(path: Path) -> dict[str, Any]:
+    try:
+        size = path.stat().st_size
+        if size > LARGEST_FILE:
+            raise InputError(
+                f"{path}: too large for a vehicle file: {size / 1e6:.1f} MB",
+                "a vehicle is a few kilobytes of TOML; is this a log?",
+            )
+        data = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+    if not data.strip():
+        raise InputError(f"{path}: the file is empty", "`rccsim vehicles new` helps")
+    try:
+        return tomli.loads(data.decode("utf-8-sig"))
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: not text in UTF-8", "is this a TOML file?") from None
+    except tomli.TOMLDecodeError as error:
+        raise InputError(f"{path}: not TOML: {error}") from None
+    except RecursionError:
+        raise InputError(f"{path}: not TOML: nested too deeply") from None

@@ -1,0 +1,29 @@
+"""Rear tyres that are not as stiff as the file says."""
+
+from rcc_sim.jit import jit
+from rcc_sim.physics.effect import Effect, Param
+
+
+@jit
+def rear_stiffness(C, scale):
+    """Cornering stiffness [N/rad] of one rear tyre: scale times the file's."""
+    return C * scale
+
+
+EFFECT = Effect(
+    id="rear_cornering_stiffness",
+    title="rear tyre stiffness not what the file says",
+    equation="C -> scale C",
+    params=(
+        Param(
+            "scale",
+            neutral=1.0,
+            bounds=(0.1, 10.0),
+            typical=(0.7, 1.4),
+            about="true stiffness of the rear tyres over the file's",
+        ),
+    ),
+    channels=("yaw_rate_radps", "accel_y_mps2"),
+    seen_as="yaw gain that changes with speed",
+    source="definition",
+)
