@@ -71,7 +71,7 @@ def coastdown(
     if not result.converged:
         warn(f"the fit did not converge: {result.message}")
     emit(_document(result), _rows(result), json=json, csv=csv, output=output)
-    say(f"{result.stretches} coasts, {result.speed_low:.3g} to "
+    say(f"{len(result.stretches)} coasts, {result.speed_low:.3g} to "
         f"{result.speed_high:.3g} m/s")  # fmt: skip
 
 
@@ -118,7 +118,7 @@ def _document(result: RoadLoad) -> dict[str, Any]:
         "terms": list(result.terms),
         "r_squared": result.r_squared,
         "residual_sd_mps": result.residual_sd,
-        "stretches": result.stretches,
+        "stretches": [{"start_s": a, "end_s": b} for a, b in result.stretches],
         "speed_low_mps": result.speed_low,
         "speed_high_mps": result.speed_high,
         "converged": result.converged,

@@ -6,11 +6,14 @@ from typing import Annotated
 
 import typer
 
+from rcc_sim.cli.complete import vehicle_names
 from rcc_sim.cli.output import Csv, Json, Output, emit, say
 
 
 def match(
-    vehicle: Annotated[str, typer.Argument(help="Vehicle to change.")],
+    vehicle: Annotated[
+        str, typer.Argument(help="Vehicle to change.", autocompletion=vehicle_names)
+    ],
     to: Annotated[str, typer.Option(help="Vehicle that it should be similar to.")],
     arm: Annotated[
         float | None,

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rcc_sim.cli.complete import vehicle_names
 from rcc_sim.cli.output import Csv, Json, Output, atomic, emit, say
 
 if TYPE_CHECKING:
@@ -16,7 +17,12 @@ if TYPE_CHECKING:
 
 
 def motor_map(
-    vehicle: Annotated[str, typer.Argument(help="Vehicle whose motor is mapped.")],
+    vehicle: Annotated[
+        str,
+        typer.Argument(
+            help="Vehicle whose motor is mapped.", autocompletion=vehicle_names
+        ),
+    ],
     against: Annotated[
         str | None, typer.Option(help="Vehicle whose envelope is scaled onto it.")
     ] = None,

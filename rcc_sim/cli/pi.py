@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rcc_sim.cli.complete import vehicle_names
 from rcc_sim.cli.output import Csv, Json, Output, emit, say
 
 if TYPE_CHECKING:
@@ -14,7 +15,12 @@ if TYPE_CHECKING:
 
 
 def pi(
-    vehicles: Annotated[list[str], typer.Argument(help="Names or files of vehicles.")],
+    vehicles: Annotated[
+        list[str],
+        typer.Argument(
+            help="Names or files of vehicles.", autocompletion=vehicle_names
+        ),
+    ],
     repeating: Annotated[
         str, typer.Option(help="Three variables that span mass, length and time.")
     ] = "m,l,C_F",

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from rcc_sim.cli.complete import vehicle_names
 from rcc_sim.cli.output import Csv, Json, Output, emit
 
 
@@ -15,8 +16,18 @@ def scale(
         typer.Argument(help="speed, time, energy_per_distance, …, or a column's name."),
     ],
     value: Annotated[float, typer.Argument(help="Of the vehicle --from. [SI]")],
-    source: Annotated[str, typer.Option("--from", help="Vehicle that it is known of.")],
-    target: Annotated[str, typer.Option("--to", help="Vehicle that it is wanted for.")],
+    source: Annotated[
+        str,
+        typer.Option(
+            "--from", help="Vehicle that it is known of.", autocompletion=vehicle_names
+        ),
+    ],
+    target: Annotated[
+        str,
+        typer.Option(
+            "--to", help="Vehicle that it is wanted for.", autocompletion=vehicle_names
+        ),
+    ],
     json: Json = False,
     csv: Csv = False,
     output: Output = None,

@@ -7,17 +7,29 @@ from typing import Annotated
 
 import typer
 
+from rcc_sim.cli.complete import cycle_names, vehicle_names
 from rcc_sim.cli.output import Csv, Json, Output, emit, say
 
 
 def scale_cycle(
     cycle: Annotated[
-        str, typer.Argument(help="Name, file, NAME[20:125], or - for stdin.")
+        str,
+        typer.Argument(
+            help="Name, file, NAME[20:125], or - for stdin.", autocompletion=cycle_names
+        ),
     ],
     source: Annotated[
-        str, typer.Option("--from", help="Vehicle that the cycle is of.")
+        str,
+        typer.Option(
+            "--from", help="Vehicle that the cycle is of.", autocompletion=vehicle_names
+        ),
     ],
-    target: Annotated[str, typer.Option("--to", help="Car that should drive it.")],
+    target: Annotated[
+        str,
+        typer.Option(
+            "--to", help="Car that should drive it.", autocompletion=vehicle_names
+        ),
+    ],
     rate: Annotated[float | None, typer.Option(help="Rows a second. [Hz]")] = None,
     max_speed: Annotated[
         float | None, typer.Option(help="Clip at the car's speed. [m/s]")

@@ -22,8 +22,16 @@ COVERAGE = 0.90
 TERMS = ("A", "B", "C")
 """Names of the terms of F = A + B v + C v²."""
 
-LADDER = (("A", "B", "C"), ("A", "C"), ("A", "B"), ("A",))
-"""Sets of terms that are tried, from the fullest."""
+LADDER = (
+    ("A", "B", "C"),
+    ("A", "C"),
+    ("A", "B"),
+    ("B", "C"),
+    ("B",),
+    ("C",),
+    ("A",),
+)
+"""Sets of terms that are tried, from the fullest; the last where none is told apart."""
 
 
 @dataclass(frozen=True)
@@ -240,7 +248,7 @@ def _choose(
         if value < -student_quantile(COVERAGE, full.dof) * sd:
             cause = f"it comes out negative, {value:.3g} ± {sd:.2g}"
         else:
-            cause = f"not identifiable from this range of speed: {value:.3g} ± {sd:.2g}"
+            cause = f"not told from 0 in this range of speed: {value:.3g} ± {sd:.2g}"
         why.append(f"{name} was left out ({cause}); the others hold if it is 0")
     return best, tuple(why)
 
@@ -284,10 +292,8 @@ def _check_terms(terms: Sequence[str] | None) -> tuple[str, ...] | None:
     if terms is None:
         return None
     unknown = [name for name in terms if name not in TERMS]
-    if unknown or "A" not in terms:
-        raise InputError(
-            f"terms: should be A, and B or C or both: {', '.join(terms) or 'none'}"
-        )
+    if unknown or not terms:
+        raise InputError(f"terms: should be of A, B, C: {', '.join(terms) or 'none'}")
     return tuple(name for name in TERMS if name in terms)
 
 

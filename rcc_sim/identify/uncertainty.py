@@ -36,6 +36,10 @@ class Propagated:
     budget: Mapping[str, float]
 
 
+TINY = 1e-150
+"""Smallest step of a derivative: below it arithmetic loses its digits."""
+
+
 def propagate(
     function: Callable[..., float],
     values: Mapping[str, float],
@@ -76,7 +80,7 @@ def propagate(
         require_sd(**{f"{name}_sd": sd})
         if sd == 0:
             continue
-        step = max(1e-5 * abs(values[name]), 1e-2 * sd)
+        step = max(1e-5 * abs(values[name]), 1e-2 * sd, TINY)
         above = function(**{**values, name: values[name] + step})
         below = function(**{**values, name: values[name] - step})
         variance[name] = ((above - below) / (2 * step) * sd) ** 2
