@@ -110,6 +110,7 @@ def c_arguments(
         "A_n": p["road_load"]["a_n"], "B_n": p["road_load"]["b_n_s_per_m"],
         "C_n": p["road_load"]["c_n_s2_per_m2"], "wind": p["headwind"]["speed_mps"],
         "slope": p["road_grade"]["slope"],
+        "w_max": p["motor"]["omega_max"], "psi_m": p["motor"]["psi"],
     }  # fmt: skip
     finite = {k: 1e30 if v == inf else float(v) for k, v in values.items()}
     (folder / "p").write_text("".join(f"{k} {v!r}\n" for k, v in finite.items()))

@@ -38,6 +38,13 @@ static double lane(double x, double every, double width, double length) {
     return fmod(k, 2) == 1 ? width * rise : width * (1 - rise);
 }
 
+static double lane_phase(double x, double every, double length, double *sign) {
+    if (x < every) return -1;
+    double k = floor(x / every), q = (x - k * every) / length;
+    *sign = fmod(k, 2) == 1 ? 1 : -1;
+    return q >= 1 ? -1 : q;
+}
+
 static void turn(double *v_x, double *v_y, double r, double g, double dt) {
     if (r == 0) return;
     double q = 0.5 * r * dt / g, c = (1 - q * q) / (1 + q * q), s = 2 * q / (1 + q * q);
@@ -55,7 +62,7 @@ int main(int argc, char **argv) {
     P(K_p); P(K_i); P(i_max); P(i_min); P(T); P(delta_max); P(every); P(width);
     P(length); P(B); P(J); P(R); P(dead); P(hold); P(C_rr); P(CdA); P(rho); P(T_C);
     P(T_h); P(k_e); P(eta_g); P(eta_m); P(aux); P(R_i); P(A_n); P(B_n); P(C_n);
-    P(wind); P(slope); P(follow);
+    P(wind); P(slope); P(follow); P(w_max); P(psi_m);
     int n_ref = 0;
     static double t_ref[200000], v_tab[200000];
     FILE *f = fopen(argv[2], "r");
@@ -69,7 +76,7 @@ int main(int argc, char **argv) {
     double v_slip = 0.02 * sqrt(C_F * l / m), t_char = sqrt(m * l / C_F);
     for (int rep = 0; rep < repeats; rep++) {
         double t0 = now();
-        double v_x = v_tab[0], v_y = 0, r = 0, x = 0, y = 0, psi = 0, a_x = 0, I = 0, z = 0;
+        double v_x = v_tab[0], v_y = 0, r = 0, x = 0, y = 0, psi = 0, a_x = 0, I = 0, z = 0, drift = 0;
         double Kin0 = 0.5 * m_x * v_x * v_x, thru = 0;
         double e_roll = 0, e_aero = 0, e_grade = 0, e_road = 0, e_visc = 0, e_dry = 0;
         double e_iron = 0, e_gear = 0, e_cu = 0, e_eff = 0, e_aux = 0, e_batt = 0;
@@ -82,12 +89,14 @@ int main(int argc, char **argv) {
             double v_ref = t_h >= t_ref[n_ref - 1] ? v_tab[n_ref - 1]
                 : v_tab[place] + (v_tab[place + 1] - v_tab[place]) * (t_h - t_ref[place])
                 / (t_ref[place + 1] - t_ref[place]);
-            double w_ref = v_ref * n, w = n * v_x, tau = 0;
+            double w_ref = fmin(v_ref * n, w_max), w = n * v_x, tau = 0;
             if (fabs(w_ref) < dead) I = 0;
             else {
                 double e = w_ref - (fabs(w) < dead ? 0 : w), J_ = I + K_i * e * T;
                 if (w_ref == 0) J_ = 0;
-                double i = K_p * e + J_;
+                double i = K_p * e + J_, reach = (u_0 / sqrt(3) - psi_m * w) / R;
+                if (reach < 0) reach = 0;
+                if (i > reach && reach < i_max) { i = reach; if (e > 0) J_ = I; }
                 if (i > i_max) { i = i_max; if (e > 0) J_ = I; }
                 else if (i < -i_min) { i = -i_min; if (e < 0) J_ = I; }
                 I = J_;
@@ -95,11 +104,22 @@ int main(int argc, char **argv) {
             }
             double delta = 0;
             if (follow != 0) {
-                double look = 2 * l + t_char * v_x;
+                double look = 2 * l + 4 * t_char * v_x, sign = 0, tilt = 0, bend = 0;
                 double px = x - l_R * cos(psi), py = y - l_R * sin(psi);
-                double dy = lane(px + look, every, width, length) - py;
-                double h = atan2(dy, look) - psi;
-                delta = atan(2 * l * sin(h) / sqrt(look * look + dy * dy));
+                double here = lane(px, every, width, length);
+                double q = lane_phase(px, every, length, &sign);
+                if (q >= 0) tilt = sign * width * 30 * q * q * (1 - q) * (1 - q) / length;
+                double late = 0.5 * m * v_x / (C_F + C_R);
+                q = lane_phase(x + late * v_x, every, length, &sign);
+                if (q >= 0)
+                    bend = sign * width * 60 * q * (1 + q * (2 * q - 3)) / (length * length);
+                double dy = here + look * tilt - py;
+                double h = atan2(dy, look) - psi - atan2(v_y - l_R * r, v_x + v_slip);
+                double L = sqrt(look * look + dy * dy);
+                double Ku = m / l * (l_R / (2 * C_F) - l_F / (2 * C_R));
+                drift += 2 * l * (here - py) / (L * L) * v_x / (4 * L) * T;
+                drift = fmin(fmax(drift, -0.2), 0.2);
+                delta = (l + Ku * v_x * v_x) * bend + atan(2 * l * sin(h) / L) + drift;
                 delta = fmin(fmax(delta, -delta_max), delta_max);
             }
             double sd = sin(delta), cd = cos(delta), dt = T;

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import math
 
+LONGEST = 20.0
+"""Longest length that a bench test of a vehicle has. [m]"""
+
 
 class RccError(Exception):
     """Base of every error that rccsim raises on purpose.
@@ -35,6 +38,23 @@ class CheckFailed(RccError):
 
 class LedgerError(CheckFailed):
     """An energy ledger does not close: the run cannot be trusted."""
+
+
+def require_metres(**lengths: object) -> None:
+    """Raise if a length of a bench test is not believable: millimetres, likely.
+
+    Raises
+    ------
+    InputError
+        Naming the first above 20 m.
+    """
+    for name, value in lengths.items():
+        for number in value if hasattr(value, "__iter__") else (value,):
+            if number > LONGEST:
+                raise InputError(
+                    f"{name}: should be below {LONGEST:g} m: {number:g}",
+                    f"metres are meant; {number:g} mm would be {number / 1000:g}",
+                )
 
 
 def require_positive(**values: object) -> None:

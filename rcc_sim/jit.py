@@ -43,6 +43,7 @@ def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
     import numba
 
     assert isinstance(function, FunctionType)
+    used = _globals_of(function)
     config: Any = numba.config  # its settings are made as it loads
     config.CACHE_DIR = str(cache_folder())
     twin = FunctionType(
@@ -53,7 +54,7 @@ def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
             **{
                 name: compiled(value) if hasattr(value, "__kernel__") else value
                 for name, value in function.__globals__.items()
-                if name in _globals_of(function)
+                if name in used
             },
         },
         function.__name__,

@@ -71,19 +71,33 @@ class Trace:
 
 def write_trace(trace: Trace, file: IO[bytes]) -> None:
     """Write a trace as CSV, each column to ten significant digits."""
-    from pyarrow import csv, table
+    from pyarrow import csv
 
     rounded = {name: _rounded(values) for name, values in trace.columns.items()}
     file.write((",".join(rounded) + "\n").encode())
     options = csv.WriteOptions(include_header=False, quoting_style="none")
-    csv.write_csv(table(rounded), file, write_options=options)
+    csv.write_csv(_arrow(rounded), file, write_options=options)
 
 
 def write_parquet(trace: Trace, file: IO[bytes]) -> None:
     """Write a trace as Parquet, in full precision."""
-    from pyarrow import parquet, table
+    from pyarrow import parquet
 
-    parquet.write_table(table(dict(trace.columns)), file)
+    parquet.write_table(_arrow(trace.columns), file)
+
+
+def _arrow(columns: Mapping[str, Array]) -> Any:
+    """Return columns as an Arrow table, as they lie (`pyarrow.table` loads pandas)."""
+    import pyarrow
+
+    whole = [np.ascontiguousarray(values, dtype=float) for values in columns.values()]
+    arrays = [
+        pyarrow.Array.from_buffers(
+            pyarrow.float64(), len(values), [None, pyarrow.py_buffer(values)]
+        )
+        for values in whole
+    ]
+    return pyarrow.Table.from_arrays(arrays, names=list(columns))
 
 
 def read_trace(source: str | Path, stdin: IO[bytes] | None = None) -> Trace:

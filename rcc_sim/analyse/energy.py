@@ -22,6 +22,9 @@ STANDS = 0.002
 STEADY = 0.02
 """Share of the drive's largest acceleration below which it cruises."""
 
+DENSEST = 300.0
+"""Most energy per mass of a whole vehicle: more than the best cells alone. [Wh/kg]"""
+
 REGIMES = ("standstill", "acceleration", "cruise", "deceleration")
 
 Array = NDArray[np.float64]
@@ -202,7 +205,14 @@ def battery_capacity(vehicle: Vehicle) -> float:
     voltage = battery.nominal_voltage_v or battery.open_circuit_voltage_v
     if voltage is None:
         voltage = vehicle.figure("battery.nominal_voltage_v", "range needs it")
-    return vehicle.figure("battery.capacity_ah", "range needs it").value * voltage.value
+    capacity = vehicle.figure("battery.capacity_ah", "range needs it").value
+    if capacity * voltage.value > DENSEST * vehicle.body.mass_kg.value:
+        raise InputError(
+            f"{vehicle.where}: battery.capacity_ah: {capacity:g} A h at "
+            f"{voltage.value:g} V does not go with {vehicle.body.mass_kg.value:g} kg",
+            "ampere-hours of the whole pack are meant; 5000 mAh are 5",
+        )
+    return capacity * voltage.value
 
 
 def scaled_report(
@@ -270,7 +280,7 @@ def table(
     ]
     if len(reports) > 1:
         against = [None, *(c["wh_per_km_percent"] for c in compared(reports))]
-        lines.append(("against the first", "%", against))
+        lines.append(("consumption against the first", "%", against))
     if capacity_wh is not None:
         lines.append(("range", "km", [r.range_km(capacity_wh) for r in reports]))
     lines.append(("ledger left open", "1", [r.residual for r in reports]))

@@ -147,7 +147,7 @@ def main() -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except OSError as error:
         code = 2
-        _tell(f"{error.filename or 'file'}: {error.strerror or error}")
+        _tell(f"{error.filename or 'stdout'}: {error.strerror or error}")
     sys.exit(code)
 
 

@@ -40,7 +40,14 @@ def match(
     from rcc_sim.similitude.match import match as matched
 
     result = matched(load_vehicle(vehicle), load_vehicle(to), arm, tolerance)
-    emit(result.document(), result.rows(), json=json, csv=csv, output=output)
+    emit(
+        result.document(),
+        result.rows(),
+        json=json,
+        csv=csv,
+        output=output,
+        shown=("key", "now", "needed", "status", "other_instead", "how"),
+    )
     for line in result.lines():
         say(line)
 

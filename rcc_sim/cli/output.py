@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import csv as csv_format
 import errno
-import io
 import json as json_format
 import math
 import os
@@ -17,6 +16,7 @@ from typing import IO, Annotated, Any
 
 import typer
 
+from rcc_sim.cli.table import print_table
 from rcc_sim.errors import InputError
 
 Rows = Sequence[Mapping[str, Any]]
@@ -61,7 +61,7 @@ def emit(
     if output is None:
         if not (json or csv) and sys.stdout.isatty():
             part = [{key: row[key] for key in shown} for row in rows] if shown else rows
-            _print_table(part, title)
+            print_table(part, title, readable, printable)
             return
         _write(sys.stdout, document, rows, json)
         sys.stdout.flush()
@@ -167,27 +167,3 @@ def readable(value: Any) -> str:
     if isinstance(value, float):
         return f"{value:.4g}"
     return printable(str(value))
-
-
-def _print_table(rows: Rows, title: str) -> None:
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
-
-    table = Table(title=Text(printable(title)) if title else None, title_justify="left")
-    if not rows:
-        Console().print(Text(printable(title) or "nothing to show"))
-        return
-    for key, value in rows[0].items():
-        number = isinstance(value, int | float)
-        table.add_column(Text(key), justify="right" if number else "left")
-    for row in rows:
-        table.add_row(*(Text(readable(value)) for value in row.values()))
-    Console().print(table)
-
-
-def text_of(rows: Rows) -> str:
-    """Return rows as CSV text."""
-    buffer = io.StringIO()
-    _write(buffer, None, rows, json=False)
-    return buffer.getvalue()

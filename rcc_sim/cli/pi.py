@@ -57,7 +57,14 @@ def pi(
     from rcc_sim.similitude.pi import compare
 
     result = compare(loaded, chosen, tolerance)
-    emit(result.document(), result.rows(), json=json, csv=csv, output=output)
+    emit(
+        result.document(),
+        result.rows(),
+        json=json,
+        csv=csv,
+        output=output,
+        shown=result.shown(),
+    )
     for line in result.lines():
         say(line)
 

@@ -171,13 +171,17 @@ def _deliver(result: Run, output: Path | None, *, csv: bool, json: bool) -> None
     from rcc_sim.cli.energy import document, rows
     from rcc_sim.trace import write_parquet, write_trace
 
+    report = energy_report(result.trace)
     if output is not None:
         parquet = output.suffix == ".parquet"
         with atomic(output, "wb") as file:
             (write_parquet if parquet else write_trace)(result.trace, file)
+        say(
+            f"wrote {output}: {len(result.trace)} rows, {report.distance_m:.4g} m, "
+            f"{report.energy_wh:.4g} Wh"
+        )
         if not (csv or json):
             return
-    report = energy_report(result.trace)
     if json:
         emit(document(report), [], json=True)
     elif csv or not sys.stdout.isatty():

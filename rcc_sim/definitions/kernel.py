@@ -67,6 +67,8 @@ def kernel_params(vehicle: Vehicle, *, commanded: bool) -> dict[str, dict[str, f
             "K_t": motor_torque_constant(vehicle) or 0.0,
             "tau_max": _largest_torque(vehicle),
             "P_max": _value(vehicle.motor.max_power_w, inf),
+            "omega_max": top_motor_speed(vehicle),
+            "psi": _phase_linkage(vehicle),
         },
         "battery": {"u_0": open_circuit_voltage(vehicle) or 1.0},
         "control": _control(vehicle, commanded),
@@ -81,6 +83,25 @@ def motor_torque_constant(vehicle: Vehicle) -> float | None:
     if motor.poles is None or motor.flux_linkage_wb is None:
         return None
     return float(torque_constant(motor.poles, motor.flux_linkage_wb.value))
+
+
+def top_motor_speed(vehicle: Vehicle) -> float:
+    """Return the speed limit of motor and controller [rad/s]; infinite if none."""
+    motor, control = vehicle.motor, vehicle.controller
+    electrical = control.max_electrical_speed_radps if control else None
+    by_controller = inf
+    if electrical is not None and motor.poles is not None:
+        by_controller = electrical.value / (motor.poles / 2)
+    return min(_value(motor.max_speed_radps, inf), by_controller)
+
+
+def _phase_linkage(vehicle: Vehicle) -> float:
+    """Voltage per motor speed, N_p/2 λ [V s]; 0 where battery or motor is unknown."""
+    motor = vehicle.motor
+    if motor.poles is None or motor.flux_linkage_wb is None:
+        return 0.0
+    known = open_circuit_voltage(vehicle) is not None
+    return motor.poles / 2 * motor.flux_linkage_wb.value if known else 0.0
 
 
 def open_circuit_voltage(vehicle: Vehicle, needed_by: str = "") -> float | None:

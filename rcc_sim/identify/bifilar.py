@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rcc_sim.errors import InputError, require_positive
+from rcc_sim.errors import InputError, require_metres, require_positive
 from rcc_sim.identify.pendulum import finite_swing_inertia, small_swing_inertia
 from rcc_sim.identify.uncertainty import mean_of_repeats, propagate, require_sd
 
@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from rcc_sim.identify.oscillation import OscillationPeriod
+
+LONGEST_PERIOD = 20.0
+"""Longest period of one swing that is believable. [s]"""
 
 LARGE_SWING = math.radians(20)
 """Amplitude from which a swing is worth a warning. [rad]"""
@@ -123,7 +126,15 @@ def yaw_inertia(
     periods = [p / cycles for p in _several("T", T)]
     period_sds = _like(periods, T_sd, cycles)
     spacings, lengths = _several("d", d)[:2], _several("h", h)[:2]
-    require_positive(m=m, T=periods, d=spacings, h=lengths, cycles=cycles)
+    require_positive(
+        mass=m, period=periods, spacing=spacings, length=lengths, cycles=cycles
+    )
+    require_metres(spacing=spacings, length=lengths)
+    if max(periods) > LONGEST_PERIOD:
+        raise InputError(
+            f"period: should be below {LONGEST_PERIOD:g} s: {max(periods):g}",
+            "the time of several swings? --cycles says of how many",
+        )
     if amplitude is not None and not 0 < amplitude < math.pi / 2:
         raise InputError(
             f"amplitude: should be between 0 and π/2 rad: {amplitude:g}",

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from rcc_sim.errors import InputError, require_positive
+from rcc_sim.errors import InputError, require_metres, require_positive
 from rcc_sim.identify.uncertainty import Propagated, propagate
 
 
@@ -96,7 +96,8 @@ def cg_from_scales(
     ----------
     .. [1] T. D. Gillespie, Fundamentals of Vehicle Dynamics, SAE, 1992, ch. 1.
     """
-    require_positive(l=l, front=front, rear=rear)
+    require_positive(wheelbase=l, front=front, rear=rear)
+    require_metres(wheelbase=l)
     values = {"l": l, "front": front, "rear": rear}
     sds = {"l": l_sd, "front": scale_sd, "rear": scale_sd}
     to_front = propagate(_behind_front_axle, values, sds)
@@ -138,7 +139,8 @@ def cg_from_balance(
     InputError
         If the balance point does not lie between the axles.
     """
-    require_positive(l=l, balance=balance)
+    require_positive(wheelbase=l, balance=balance)
+    require_metres(wheelbase=l)
     if balance >= l:
         raise InputError(
             f"balance: should lie between the axles, 0 to {l:g} m: {balance:g}",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -105,8 +106,8 @@ def damping_and_inertia(
     return DampingAndInertia(
         B=B.value,
         B_sd=B.sd,
-        J=J.value,
-        J_sd=J.sd,
+        J=math.nan if closed_loop else J.value,
+        J_sd=math.inf if closed_loop else J.sd,
         B_budget=B.budget,
         J_budget=J.budget,
         warnings=() if closed_loop is False else (LOOP_NOTE,),

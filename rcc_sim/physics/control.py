@@ -10,17 +10,20 @@ from rcc_sim.physics.effects.steering_gain import geared_angle
 from rcc_sim.physics.effects.steering_lag import lagged
 from rcc_sim.physics.effects.steering_offset import offset_angle
 from rcc_sim.physics.effects.throttle_dead_zone import felt_throttle
-from rcc_sim.physics.powertrain import torque_envelope
+from rcc_sim.physics.powertrain import torque_envelope, voltage_limited_current
 
 
 @jit
-def speed_loop(p, c, s, u):
+def speed_loop(p, c, s, u, flow):
     """Torque [N m] of the ESC's PI loop on motor speed, limited and wound up never.
 
     The integral waits while the output is at a limit and the error drives it
     further; it is zeroed when the reference is 0 or inside the dead zone.
     """
     omega_ref = u.v_ref * c.n_file
+    if omega_ref > p.motor.omega_max:
+        omega_ref = p.motor.omega_max
+        flow.limited += p.control.T_loop
     threshold = p.speed_dead_zone.threshold_radps
     if commands_nothing(omega_ref, threshold):
         s.integral = 0.0
@@ -33,6 +36,12 @@ def speed_loop(p, c, s, u):
         integral = 0.0
     i_q = K_p * error + integral
     high = limited_current(c.i_max, p.current_limit.max_current_a)
+    R = p.copper_loss.phase_resistance_ohm
+    omega = c.n * s.v_x
+    reach = voltage_limited_current(p.battery.u_0, omega, R, p.motor.psi)
+    if i_q > reach and reach < high:
+        high = reach
+        flow.limited += p.control.T_loop
     low = max(-c.i_max, c.tau_min / c.K_t)
     if i_q > high:
         i_q = high
@@ -107,10 +116,14 @@ def throttle_force(p, throttle, v, force):
 
 @jit
 def road_wheel_angle(p, s, command):
-    """Angle [rad] of the road wheels: lag(backlash(gain · command + offset))."""
+    """Angle [rad] of the road wheels: lag(backlash(gain · command + offset)).
+
+    The linkage ends at the vehicle's largest steering angle.
+    """
     target = offset_angle(
         geared_angle(command, p.steering_gain.gain), p.steering_offset.angle_rad
     )
+    target = min(max(target, -p.control.delta_max), p.control.delta_max)
     s.play = with_play(s.play, target, p.steering_backlash.width_rad)
     tau = p.steering_lag.time_constant_s
     s.angle = lagged(s.angle, s.play, tau, p.control.T_loop)

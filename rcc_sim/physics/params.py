@@ -15,7 +15,7 @@ PARAMS: Schema = {
     "body": floats("m", "I_z", "l_F", "l_R"),
     "tyre": floats("C_F", "C_R", "r_w"),
     "drive": floats("N_d"),
-    "motor": floats("K_t", "tau_max", "P_max"),
+    "motor": floats("K_t", "tau_max", "P_max", "omega_max", "psi"),
     "battery": floats("u_0"),
     "control": floats("mode", "K_p", "K_i", "i_max", "T_loop", "T_driver", "delta_max"),
     "lanes": floats("steer", "every", "width", "length"),
@@ -32,7 +32,8 @@ CHASSIS: Schema = floats(
 
 STATE: Schema = floats(
     "t", "v_x", "v_y", "r", "x", "y", "psi", "s", "z", "a_x", "integral",
-    "play", "angle", "tau", "ref_at", "steer_at", "throttle_at", "grade_at", "aux_at",
+    "play", "angle", "drift", "tau", "ref_at",
+    "steer_at", "throttle_at", "grade_at", "aux_at",
 )  # fmt: skip
 """What the vehicle carries from step to step; the last five are places in tables."""
 
@@ -50,7 +51,7 @@ FORCES: Schema = floats(
 
 FLOW: Schema = floats(
     "dt", "a_x", "a_y", "i_q", "tau", "P", "i", "u", "aux", "E", "E_abs", "short",
-    "tau_over", "P_over", "outside",
+    "limited", "tau_over", "P_over", "outside",
 )  # fmt: skip
 """Time integrals since the last row, and what went beyond the vehicle's means."""
 

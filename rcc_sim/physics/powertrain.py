@@ -4,6 +4,8 @@ from math import inf
 
 from rcc_sim.jit import jit
 
+SQRT_3 = 1.7320508075688772
+
 
 @jit
 def torque_constant(poles, flux_linkage):
@@ -17,6 +19,23 @@ def torque_envelope(tau_max, P_max, omega):
     if P_max < inf and omega * tau_max > P_max:
         return P_max / omega
     return tau_max
+
+
+@jit
+def voltage_limited_current(u, omega, R, psi):
+    """Most motoring q-current [A] that a battery of u [V] can drive at omega [rad/s].
+
+    V_q = R I_q + psi ω may reach u / √3 (space-vector modulation, no field weakening);
+    psi [V s] is N_p/2 λ, and 0 where the motor's constants are unknown.
+    """
+    left = u / SQRT_3 - psi * omega
+    if psi <= 0.0:
+        return inf
+    if left <= 0.0:
+        return 0.0
+    if R <= 0.0:
+        return inf
+    return left / R
 
 
 @jit

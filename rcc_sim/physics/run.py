@@ -195,7 +195,7 @@ def run_commanded(P, work, drive, maps, lines, rows, sinks, every, substeps):
             if varies:
                 look_up_road(p, s, u, grade, aux, s.t, s.s)
             if p.control.mode == SPEED:
-                tau = speed_loop(p, c, s, u)
+                tau = speed_loop(p, c, s, u, flow)
             elif p.control.mode == THROTTLE:
                 tau = obey_throttle(p, c, s, u, force, throttle, late_motor, tick)
             else:

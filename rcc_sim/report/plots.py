@@ -91,12 +91,12 @@ def plot_run(*traces: Trace) -> Figure:
                     _line(axis, trace, column, label, k)
         axis.set_ylabel(f"{title} [{unit_of(columns[0])}]")
     if len(traces) == 1:
-        axes[0].legend(loc="upper right", ncols=2, frameon=False)
+        _legend_above(axes[0], *axes[0].get_legend_handles_labels())
     else:
         driven = [line for line in axes[0].lines if line.get_label() == "driven"]
         driven += [x for x in axes[0].lines if x.get_label() == "reference"]
         names = [*(trace.name for trace in traces), "reference"]
-        axes[0].legend(driven, names, frameon=False, fontsize=8)
+        _legend_above(axes[0], driven, names)
     axes[-1].set_xlabel("Time [s]")
     figure.suptitle(traces[0].name if len(traces) == 1 else "", x=0.02, ha="left")
     return figure
@@ -104,8 +104,8 @@ def plot_run(*traces: Trace) -> Figure:
 
 def plot_energy(traces: Sequence[Trace], reports: Sequence[EnergyReport]) -> Figure:
     """Draw where the energy went: by sink, and along the way."""
-    figure, (bars, way) = _sheet(2, height=2.6)
     sinks = list(dict.fromkeys(sink for report in reports for sink in report.ledger))
+    figure, (bars, way) = _sheet(2, height=2.0 + 0.6 * len(reports))
     if sinks:
         _sink_bars(bars, sinks, reports)
     else:
@@ -122,6 +122,18 @@ def plot_energy(traces: Sequence[Trace], reports: Sequence[EnergyReport]) -> Fig
     return figure
 
 
+def _legend_above(axis: Axes, lines: Sequence[Any], names: Sequence[str]) -> None:
+    """Put the legend above the axes, where it hides nothing."""
+    axis.legend(
+        lines,
+        names,
+        ncols=min(len(names), 3),
+        frameon=False,
+        loc="lower right",
+        bbox_to_anchor=(1.0, 1.0),
+    )
+
+
 def _sink_bars(
     axis: Axes, sinks: Sequence[str], reports: Sequence[EnergyReport]
 ) -> None:
@@ -132,7 +144,9 @@ def _sink_bars(
         places = np.arange(len(sinks)) + k * height
         colour = COLOURS[k % len(COLOURS)]
         drawn = axis.barh(places, values, height, color=colour, label=report.name)
-        axis.bar_label(drawn, fmt="%.3g", padding=3, fontsize=8)
+        size = 8 if len(reports) < 3 else 6
+        texts = [f"{value:.3g}" if value else "" for value in values]
+        axis.bar_label(drawn, texts, padding=3, fontsize=size)
     axis.set_yticks(np.arange(len(sinks)) + 0.4 - height / 2)
     axis.set_yticklabels([sink.replace("_", " ") for sink in sinks])
     axis.invert_yaxis()

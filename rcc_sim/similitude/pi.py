@@ -32,7 +32,7 @@ from rcc_sim.similitude.scale import Scales
 TOLERANCE = 0.05
 """Groups that differ by less than this share are called equal. [1]"""
 
-AGREE, WITHIN, DIFFER, UNKNOWN = "agree", "within intervals", "differ", "unknown"
+AGREE, WITHIN, DIFFER, UNKNOWN = "agree", "not told apart", "differ", "unknown"
 
 
 def _powers(**exponents: float) -> dict[str, Fraction]:
@@ -78,7 +78,7 @@ class Row:
     guesses : tuple of bool
         Whether a guess is in it, for each vehicle.
     verdict : str
-        "agree", "within intervals", "differ", "unknown", or empty where it varies or
+        "agree", "not told apart", "differ", "unknown", or empty where it varies or
         there is but one vehicle.
     ratio : float or None
         First vehicle's value over the second's, or the scale of the group's variable
@@ -216,6 +216,11 @@ class Comparison:
                 )
             rows.append(cells)
         return rows
+
+    def shown(self) -> list[str]:
+        """Name the columns that a terminal has room for."""
+        keys = [k for k in self.rows()[0] if not k.endswith(("_low", "_high"))]
+        return [k for k in keys if k != "formula" or len(self.names) == 1]
 
     def lines(self) -> list[str]:
         """Return what a person should read beside the table."""

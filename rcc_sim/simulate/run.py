@@ -25,6 +25,7 @@ from rcc_sim.physics import record
 from rcc_sim.physics.ledger import left_open
 from rcc_sim.physics.run import run_commanded, run_imposed
 from rcc_sim.simulate.columns import trace_columns
+from rcc_sim.simulate.notes import run_notes
 from rcc_sim.trace import Trace
 
 Engine = Literal["auto", "compiled", "interpreted"]
@@ -190,6 +191,7 @@ def simulate(
         tail = (every, substeps)
         reference = (cycle.time_s - start, cycle.speed_mps)
         steering = _profile(steer, start, "steer")
+        _refuse_degrees(steering[1])
         drive = (reference, steering, _profile(throttle, start, "throttle"), *roads)
     fast = engine == "compiled" or (
         engine == "auto" and (not imposed or rows > FEW_ROWS or compiler_is_loaded())
@@ -234,7 +236,8 @@ def _run(vehicle: Vehicle, cycle: Cycle, work: Any, table: Any, sinks: Any) -> R
     }
     given = float(columns["battery_energy_j"][-1])
     throughput = float(get(flow, "E_abs"))
-    notes = _notes(vehicle, {k: float(get(flow, k)) for k in schema.FLOW})
+    beyond = {k: float(get(flow, k)) for k in schema.FLOW}
+    notes = run_notes(vehicle, cycle, columns, beyond)
     name = f"{vehicle.name} on {cycle.name}"
     residual = left_open(name, given, ledger, throughput)
     trace = Trace(columns, name=name, notes=notes)
@@ -285,6 +288,16 @@ def _sampling(
     return every, math.ceil(cycle.duration / (every * T_loop) - 1e-9) + 1
 
 
+def _refuse_degrees(angle: NDArray[np.float64]) -> None:
+    worst = float(np.abs(angle).max())
+    if worst > math.pi / 2:
+        raise InputError(
+            f"steer: row {int(np.abs(angle).argmax()) + 1}: should be below π/2 rad: "
+            f"{worst:g}",
+            f"radians are meant; {worst:g}° would be {math.radians(worst):.4g}",
+        )
+
+
 def _profile(
     profile: Profile | None, start: float, what: str
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -300,31 +313,3 @@ def _profile(
         row = int((np.diff(x) <= 0).argmax()) + 2
         raise InputError(f"{what}: row {row}: the first column should increase")
     return x - start, y
-
-
-def _notes(vehicle: Vehicle, flow: dict[str, float]) -> tuple[str, ...]:
-    """Say what went beyond the vehicle's means.
-
-    Raises
-    ------
-    InputError
-        If the battery was asked for more power than it can ever give.
-    """
-    if flow["P_over"] > 1:
-        raise InputError(
-            f"{vehicle.where}: effects.battery_resistance: the drive asks for "
-            f"{flow['P_over']:.2g} times the most power that the battery can give",
-            "u_0²/(4 R_i) is that most; is the resistance in ohm?",
-        )
-    notes = []
-    if flow["short"] > 0:
-        notes.append(
-            f"the motor falls short for {flow['short']:.3g} s: up to "
-            f"{flow['tau_over']:.3g} times its torque is asked for"
-        )
-    if flow["outside"] > 0:
-        notes.append(
-            f"{flow['outside']:.3g} s outside the motor's efficiency map, "
-            "taken at its edge"
-        )
-    return tuple(notes)

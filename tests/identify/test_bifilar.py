@@ -105,7 +105,7 @@ def test_what_a_reader_should_know_is_told(change, word):
 @pytest.mark.parametrize(
     ("change", "word"),
     [
-        ({"T": 0.0}, "T"),
+        ({"T": 0.0}, "period"),
         ({"m": float("nan")}, "m"),
         ({"T": []}, "T"),
         ({"T_sd": -1.0}, "T_sd"),

@@ -1,0 +1,91 @@
+"""What a run asked beyond the vehicle's means, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rcc_sim.definitions.cycle import Cycle
+from rcc_sim.definitions.figure import Figure
+from rcc_sim.definitions.vehicle import Vehicle
+from rcc_sim.errors import InputError
+from rcc_sim.units import G
+
+FARTHER = 0.02
+"""Share by which a drive may be longer or shorter than its cycle without a word."""
+
+
+def run_notes(
+    vehicle: Vehicle,
+    cycle: Cycle,
+    columns: Mapping[str, NDArray[np.float64]],
+    beyond: Mapping[str, float],
+) -> tuple[str, ...]:
+    """Return a sentence for each thing that went beyond the vehicle's means.
+
+    Parameters
+    ----------
+    columns : mapping
+        The trace, by edge name.
+    beyond : mapping
+        What the kernel counted.
+
+    Raises
+    ------
+    InputError
+        If the battery was asked for more power than it can ever give.
+    """
+    if beyond["P_over"] > 1:
+        raise InputError(
+            f"{vehicle.where}: effects.battery_resistance: the drive asks for "
+            f"{beyond['P_over']:.2g} times the most power that the battery can give",
+            "u_0²/(4 R_i) is that most; is the resistance in ohm?",
+        )
+    notes = []
+    if beyond["short"] > 0:
+        notes.append(
+            f"the motor falls short for {beyond['short']:.3g} s: up to "
+            f"{beyond['tau_over']:.3g} times its torque is asked for"
+        )
+    if beyond["limited"] > 0:
+        notes.append(
+            f"for {beyond['limited']:.3g} s the reference asks for more speed than the "
+            "battery's voltage or the motor's speed limit allows"
+        )
+    if beyond["outside"] > 0:
+        notes.append(
+            f"{beyond['outside']:.3g} s outside the motor's efficiency map, "
+            "taken at its edge"
+        )
+    return (*notes, *_distance(cycle, columns), *_grip(vehicle, columns))
+
+
+def _distance(
+    cycle: Cycle, columns: Mapping[str, NDArray[np.float64]]
+) -> tuple[str, ...]:
+    driven, asked = float(columns["distance_m"][-1]), cycle.distance
+    if asked <= 0 or abs(driven / asked - 1) <= FARTHER:
+        return ()
+    worst = float((columns["speed_mps"] - columns["speed_ref_mps"]).max())
+    why = (
+        f": it runs up to {worst:.3g} m/s over the reference" if driven > asked else ""
+    )
+    return (f"drives {driven:.4g} m where the cycle has {asked:.4g} m{why}",)
+
+
+def _grip(
+    vehicle: Vehicle, columns: Mapping[str, NDArray[np.float64]]
+) -> tuple[str, ...]:
+    mu = vehicle.tyres.friction_coefficient
+    limited = vehicle.effects.get("tyre_saturation", {}).get("friction_coefficient")
+    if isinstance(limited, Figure) or mu is None:
+        return ()
+    a_y = float(np.abs(columns["accel_y_mps2"]).max())
+    if a_y <= mu.value * G:
+        return ()
+    return (
+        f"corners at up to {a_y:.3g} m/s² where the tyres give {mu.value * G:.3g}: "
+        f"--with tyre_saturation:friction_coefficient={mu.value:g} limits them",
+    )
