@@ -165,5 +165,6 @@ def readable(value: Any) -> str:
     if value is None:
         return "–"
     if isinstance(value, float):
-        return f"{value:.4g}"
+        short = f"{value:.4g}"
+        return f"{value:.0f}" if "e+" in short and abs(value) < 1e7 else short
     return printable(str(value))

@@ -20,8 +20,8 @@ def print_table(
 ) -> None:
     """Print rows to the terminal; a single one downwards, many only in part.
 
-    A number is never cut: text is folded first, and where that does not do, each row
-    is printed downwards.
+    Columns without any entry are left out. A number is never cut: text is folded
+    first, and where that does not do, each row is printed downwards.
     """
     from rich.console import Console
     from rich.text import Text
@@ -33,9 +33,10 @@ def print_table(
         console.print(Text("nothing to show"))
         return
     part = rows if len(rows) <= FEW else rows[:FIRST]
-    cells = [[readable(value) for value in row.values()] for row in part]
-    heads = [printable(key) for key in rows[0]]
-    numeric = [_is_numeric(part, key) for key in rows[0]]
+    keys = [key for key in rows[0] if any(row[key] not in (None, "") for row in part)]
+    cells = [[readable(row[key]) for key in keys] for row in part]
+    heads = [printable(key) for key in keys]
+    numeric = [_is_numeric(part, key) for key in keys]
     if len(rows) == 1 or not _fits(heads, cells, numeric, console.width):
         _downwards(console, heads, cells)
     else:

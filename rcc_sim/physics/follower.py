@@ -11,18 +11,26 @@ MOST_DRIFT = 0.2  # rad; the most counter-steering that is learnt
 
 
 @jit
-def lane_position(x, every, width, length):
-    """Lateral place [m] of the path at x [m]: a lane change each `every` metres.
+def lane_phase(x, every, length):
+    """How far [1] the lane change at x [m] has gone, and its direction, 1 or -1.
 
-    From lane to lane and back, each change a quintic (no jerk at its ends) over
-    `length` m, 10 q³ - 15 q⁴ + 6 q⁵.
+    One starts each `every` metres and takes `length`; to the left first, then back.
     """
-    if x < every:
-        return 0.0
     k = math.floor(x / every)
-    q = min((x - k * every) / length, 1.0)
+    if k < 1.0:
+        return 0.0, 1.0
+    return min((x - k * every) / length, 1.0), 2.0 * (k % 2.0) - 1.0
+
+
+@jit
+def lane_position(x, every, width, length):
+    """Lateral place [m] of the path at x [m]: 10 q³ - 15 q⁴ + 6 q⁵ of the width.
+
+    A quintic, without jerk at its ends.
+    """
+    q, way = lane_phase(x, every, length)
     rise = q * q * q * (10.0 + q * (6.0 * q - 15.0))
-    if k % 2.0 == 1.0:
+    if way > 0.0:
         return width * rise
     return width * (1.0 - rise)
 
@@ -30,31 +38,15 @@ def lane_position(x, every, width, length):
 @jit
 def lane_slope(x, every, width, length):
     """First derivative [1] of :func:`lane_position`: nearly the path's heading."""
-    if x < every:
-        return 0.0
-    k = math.floor(x / every)
-    q = (x - k * every) / length
-    if q >= 1.0:
-        return 0.0
-    rise = width * 30.0 * q * q * (1.0 - q) * (1.0 - q) / length
-    if k % 2.0 == 1.0:
-        return rise
-    return -rise
+    q, way = lane_phase(x, every, length)
+    return way * width * 30.0 * q * q * (1.0 - q) * (1.0 - q) / length
 
 
 @jit
 def lane_curvature(x, every, width, length):
     """Second derivative [1/m] of :func:`lane_position`: its curvature, nearly."""
-    if x < every:
-        return 0.0
-    k = math.floor(x / every)
-    q = (x - k * every) / length
-    if q >= 1.0:
-        return 0.0
-    bend = width * 60.0 * q * (1.0 + q * (2.0 * q - 3.0)) / (length * length)
-    if k % 2.0 == 1.0:
-        return bend
-    return -bend
+    q, way = lane_phase(x, every, length)
+    return way * width * 60.0 * q * (1.0 - q) * (1.0 - 2.0 * q) / (length * length)
 
 
 @jit

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,12 +17,16 @@ from rcc_sim.units import G
 FARTHER = 0.02
 """Share by which a drive may be longer or shorter than its cycle without a word."""
 
+STEPS_PER_CHANGE = 8
+"""Rows that a lane change needs to be seen as one."""
+
 
 def run_notes(
     vehicle: Vehicle,
     cycle: Cycle,
     columns: Mapping[str, NDArray[np.float64]],
     beyond: Mapping[str, float],
+    lane_length: float = inf,
 ) -> tuple[str, ...]:
     """Return a sentence for each thing that went beyond the vehicle's means.
 
@@ -31,6 +36,8 @@ def run_notes(
         The trace, by edge name.
     beyond : mapping
         What the kernel counted.
+    lane_length : float
+        Distance of a lane change; infinite where there is none. [m]
 
     Raises
     ------
@@ -59,7 +66,25 @@ def run_notes(
             f"{beyond['outside']:.3g} s outside the motor's efficiency map, "
             "taken at its edge"
         )
-    return (*notes, *_distance(cycle, columns), *_grip(vehicle, columns))
+    return (
+        *notes,
+        *_coarse(columns, lane_length),
+        *_distance(cycle, columns),
+        *_grip(vehicle, columns),
+    )
+
+
+def _coarse(
+    columns: Mapping[str, NDArray[np.float64]], lane_length: float
+) -> tuple[str, ...]:
+    step = float(np.diff(columns["distance_m"]).max(initial=0.0))
+    if step <= lane_length / STEPS_PER_CHANGE:
+        return ()
+    return (
+        f"rows up to {step:.3g} m apart are too few for lane changes of "
+        f"{lane_length:.3g} m: give the cycle more rows (scale-cycle --rate), or drive "
+        "it commanded",
+    )
 
 
 def _distance(

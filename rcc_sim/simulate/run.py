@@ -205,7 +205,8 @@ def simulate(
     lines = () if imposed else (_delay_lines(values),)
     call = compiled(kernel) if fast else kernel
     call(P, work, drive, maps, *lines, table, sinks, *tail)
-    return _run(vehicle, cycle, work, table, sinks)
+    changes = values["lanes"]["length"] if lanes is not None else math.inf
+    return _run(vehicle, cycle, work, table, sinks, changes)
 
 
 def throttle_drive(log: Trace) -> tuple[Cycle, Profile]:
@@ -216,7 +217,14 @@ def throttle_drive(log: Trace) -> tuple[Cycle, Profile]:
     return Cycle(log.name, time, speed), (time, log["throttle"])
 
 
-def _run(vehicle: Vehicle, cycle: Cycle, work: Any, table: Any, sinks: Any) -> Run:
+def _run(
+    vehicle: Vehicle,
+    cycle: Cycle,
+    work: Any,
+    table: Any,
+    sinks: Any,
+    lane_length: float,
+) -> Run:
     chassis, flow = work[0][0], work[4][0]
     get = (lambda r, k: r[k]) if isinstance(work[0], np.ndarray) else getattr
     columns = trace_columns(
@@ -237,7 +245,7 @@ def _run(vehicle: Vehicle, cycle: Cycle, work: Any, table: Any, sinks: Any) -> R
     given = float(columns["battery_energy_j"][-1])
     throughput = float(get(flow, "E_abs"))
     beyond = {k: float(get(flow, k)) for k in schema.FLOW}
-    notes = run_notes(vehicle, cycle, columns, beyond)
+    notes = run_notes(vehicle, cycle, columns, beyond, lane_length)
     name = f"{vehicle.name} on {cycle.name}"
     residual = left_open(name, given, ledger, throughput)
     trace = Trace(columns, name=name, notes=notes)

@@ -79,3 +79,11 @@ def test_the_follower_keeps_to_its_lanes_at_any_speed(speed):
     assert run["y_m"].max() < 0.33 * 1.06
     assert run["y_m"].min() > -0.33 * 0.06
     assert run["y_m"].max() > 0.33 * 0.97
+
+
+def test_a_cycle_too_coarse_for_its_lane_changes_says_so():
+    lanes = LaneChanges(10.0)
+    coarse = Cycle("c", np.arange(0, 40.0, 1.0), np.full(40, 5.0))
+    assert said(simulate(car(), coarse, lanes=lanes, imposed=True), "too few")
+    fine = Cycle("c", np.arange(0, 40.0, 0.05), np.full(800, 5.0))
+    assert not said(simulate(car(), fine, lanes=lanes, imposed=True), "too few")
