@@ -3,6 +3,7 @@
 import math
 
 from rcc_sim.jit import jit
+from rcc_sim.physics.effects.tyre_relaxation import felt_slip, taken_up
 from rcc_sim.physics.effects.tyre_saturation import tyre_force, tyre_stiffness
 
 
@@ -40,15 +41,14 @@ def axle_slip(u, w, v_slip):
 
 
 @jit
-def axle_damping(u, w, v_slip, C, D, cos, sin):
-    """Slope [N s/m] of an axle's lateral force in its speed across the body.
+def slip_slope(u, w, v_slip, cos, sin):
+    """Slope [rad s/m] of an axle's slip angle in its speed across the body.
 
     The wheels stand at an angle of cosine cos and sine sin to the body, so that
-    u and w both change with that speed. Two tyres.
+    u and w both change with that speed.
     """
     W = math.sqrt(w * w + v_slip * v_slip)
-    turn = (cos * W - sin * u * w / W) / (W * W + u * u)
-    return 2.0 * tyre_stiffness(math.atan2(u, W), C, D) * turn
+    return (cos * W - sin * u * w / W) / (W * W + u * u)
 
 
 @jit
@@ -65,20 +65,27 @@ def corner(c, s, u, f, v, dt):
     f.r = s.r
     if u.delta == 0.0 and s.v_y == 0.0 and s.r == 0.0:
         return
+    cos = u.cos_delta
     across = s.v_y + c.l_F * s.r
-    u_F = u.cos_delta * across - u.sin_delta * v
-    w_F = u.cos_delta * v + u.sin_delta * across
+    u_F = cos * across - u.sin_delta * v
+    w_F = cos * v + u.sin_delta * across
     u_R = s.v_y - c.l_R * s.r
-    F_F = -2.0 * tyre_force(axle_slip(u_F, w_F, c.v_slip), c.C_F, c.D_F)
-    F_R = -2.0 * tyre_force(axle_slip(u_R, v, c.v_slip), c.C_R, c.D_R)
-    K_F = axle_damping(u_F, w_F, c.v_slip, c.C_F, c.D_F, u.cos_delta, u.sin_delta)
-    K_R = axle_damping(u_R, v, c.v_slip, c.C_R, c.D_R, 1.0, 0.0)
-    K = K_F * u.cos_delta
+    rolled = math.sqrt(v * v + c.v_slip * c.v_slip) * dt
+    share = taken_up(0.5 * rolled, c.sigma)
+    alpha_F = felt_slip(s.alpha_F, axle_slip(u_F, w_F, c.v_slip), share)
+    alpha_R = felt_slip(s.alpha_R, axle_slip(u_R, v, c.v_slip), share)
+    F_F = -2.0 * tyre_force(alpha_F, c.C_F, c.D_F)
+    F_R = -2.0 * tyre_force(alpha_R, c.C_R, c.D_R)
+    turn_F = slip_slope(u_F, w_F, c.v_slip, cos, u.sin_delta)
+    turn_R = slip_slope(u_R, v, c.v_slip, 1.0, 0.0)
+    K_F = 2.0 * tyre_stiffness(alpha_F, c.C_F, c.D_F) * turn_F * share
+    K_R = 2.0 * tyre_stiffness(alpha_R, c.C_R, c.D_R) * turn_R * share
+    K = K_F * cos
     a11 = 2.0 * c.m / dt + K + K_R
     a12 = K * c.l_F - K_R * c.l_R
     a22 = 2.0 * c.I_z / dt + K * c.l_F * c.l_F + K_R * c.l_R * c.l_R
-    b1 = F_F * u.cos_delta + F_R
-    b2 = c.l_F * F_F * u.cos_delta - c.l_R * F_R
+    b1 = F_F * cos + F_R
+    b2 = c.l_F * F_F * cos - c.l_R * F_R
     det = a11 * a22 - a12 * a12
     dv_y = (b1 * a22 - b2 * a12) / det
     dr = (b2 * a11 - b1 * a12) / det
@@ -86,6 +93,19 @@ def corner(c, s, u, f, v, dt):
     f.F_R = F_R - K_R * (dv_y - c.l_R * dr)
     f.v_y = s.v_y + dv_y
     f.r = s.r + dr
+    if c.sigma > 0.0:
+        relax(c, s, u, f, v, taken_up(rolled, c.sigma))
+
+
+@jit
+def relax(c, s, u, f, v, share):
+    """Move the slip angles that the tyres hold towards those of the middle step."""
+    across = f.v_y + c.l_F * f.r
+    u_F = u.cos_delta * across - u.sin_delta * v
+    w_F = u.cos_delta * v + u.sin_delta * across
+    u_R = f.v_y - c.l_R * f.r
+    s.alpha_F = felt_slip(s.alpha_F, axle_slip(u_F, w_F, c.v_slip), share)
+    s.alpha_R = felt_slip(s.alpha_R, axle_slip(u_R, v, c.v_slip), share)
 
 
 @jit

@@ -56,6 +56,9 @@ class Effect:
         Effects that it stands in place of: a file that states both is an error.
     files : tuple of str
         Parameters that name a file in place of a number.
+    sensor : bool
+        Whether it touches the log alone: its file then holds ``sensed(columns, time,
+        *values)``, which returns the columns that change.
     """
 
     id: str
@@ -69,6 +72,7 @@ class Effect:
     needs: tuple[str, ...] = ()
     excludes: tuple[str, ...] = ()
     files: tuple[str, ...] = ()
+    sensor: bool = False
 
     @property
     def neutral(self) -> dict[str, float]:

@@ -25,14 +25,14 @@ PARAMS: Schema = {
 
 CHASSIS: Schema = floats(
     "m", "I_z", "l_F", "l_R", "l", "C_F", "C_R", "D_F", "D_R",
-    "n", "n_file", "J", "m_spin", "K_t", "tau_min", "i_max",
+    "sigma", "n", "n_file", "J", "m_spin", "K_t", "tau_min", "i_max",
     "v_slip", "t_char", "E_0", "E_rotor_0",
 )  # fmt: skip
 """Constants of a run, worked out once from the parameters by ``step.prepare``."""
 
 STATE: Schema = floats(
     "t", "v_x", "v_y", "r", "x", "y", "psi", "s", "z", "a_x", "integral",
-    "play", "angle", "drift", "tau", "ref_at",
+    "play", "angle", "drift", "alpha_F", "alpha_R", "tau", "ref_at",
     "steer_at", "throttle_at", "grade_at", "aux_at",
 )  # fmt: skip
 """What the vehicle carries from step to step; the last five are places in tables."""

@@ -55,6 +55,7 @@ def prepare(p, c):
     mu = p.tyre_saturation.friction_coefficient
     c.D_F = mu * c.m * G * c.l_R / (2.0 * c.l)
     c.D_R = mu * c.m * G * c.l_F / (2.0 * c.l)
+    c.sigma = p.tyre_relaxation.length_m
     c.n_file = p.drive.N_d / p.tyre.r_w
     c.n = p.drive.N_d / true_radius(p.tyre.r_w, p.wheel_radius.scale)
     c.J = p.rotor_inertia.inertia_kgm2

@@ -26,6 +26,7 @@ from rcc_sim.physics.ledger import left_open
 from rcc_sim.physics.run import run_commanded, run_imposed
 from rcc_sim.simulate.columns import trace_columns
 from rcc_sim.simulate.notes import run_notes
+from rcc_sim.simulate.sensors import sensed_columns
 from rcc_sim.trace import Trace
 
 Engine = Literal["auto", "compiled", "interpreted"]
@@ -248,7 +249,7 @@ def _run(
     notes = run_notes(vehicle, cycle, columns, beyond, lane_length)
     name = f"{vehicle.name} on {cycle.name}"
     residual = left_open(name, given, ledger, throughput)
-    trace = Trace(columns, name=name, notes=notes)
+    trace = Trace(sensed_columns(vehicle, columns), name=name, notes=notes)
     return Run(trace, ledger, given, throughput, residual, notes)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rcc_sim.definitions.cycle import Cycle
-from rcc_sim.physics import control, run, step
+from rcc_sim.physics import bicycle, control, run, step
 from rcc_sim.physics.effects import EFFECTS
 from rcc_sim.physics.params import SINKS
 from rcc_sim.simulate.run import LaneChanges, simulate
@@ -55,6 +55,11 @@ OFF_NEUTRAL = {
     "steering_backlash": {"width_rad": 0.01},
     "actuation_delay": {"delay_s": 0.0203},
     "motor_lag": {"time_constant_s": 0.05},
+    "tyre_relaxation": {"length_m": 0.1},
+    "speed_sensor_scale": {"scale": 1.02},
+    "current_sensor_scale": {"scale": 0.97},
+    "yaw_rate_bias": {"bias_radps": 0.01},
+    "accelerometer_bias": {"x_mps2": 0.2, "y_mps2": -0.1},
 }
 
 
@@ -94,19 +99,29 @@ def test_an_effect_off_neutral_moves_the_trace(name):
     assert not sink or np.abs(after.trace[f"energy_{sink}_j"]).max() > 0
 
 
-@pytest.mark.parametrize("name", EFFECTS)
+@pytest.mark.parametrize("name", [n for n, e in EFFECTS.items() if e.sensor])
+def test_a_sensor_effect_leaves_the_energy_to_the_car(name):
+    true = simulate(car(BASE), CYCLE)
+    seen = simulate(car(BASE | {name: OFF_NEUTRAL[name]}), CYCLE)
+    assert seen.ledger == true.ledger
+    for column in EFFECTS[name].channels:
+        assert not np.array_equal(seen.trace[column], true.trace[column])
+    assert np.array_equal(seen.trace["x_m"], true.trace["x_m"])
+
+
+@pytest.mark.parametrize("name", [n for n, e in EFFECTS.items() if not e.sensor])
 def test_an_effect_has_its_call_in_the_kernel(name):
     module = f"rcc_sim.physics.effects.{name}"
     kernel = [
         f.__code__
-        for m in (step, run, control)
+        for m in (step, run, control, bicycle)
         for f in vars(m).values()
         if inspect.isfunction(f) and f.__module__ == m.__name__
     ]
     used = {n for code in kernel for n in code.co_names}
     own = {
         f.__name__
-        for m in (step, run, control)
+        for m in (step, run, control, bicycle)
         for f in vars(m).values()
         if getattr(f, "__module__", "") == module
     }

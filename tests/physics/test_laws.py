@@ -306,3 +306,48 @@ def test_lateral_manoeuvres_cost_what_the_tyres_lose():
     assert slip > 0
     more = lanes.battery_energy - straight.battery_energy
     assert more == pytest.approx(slip, rel=0.1)
+
+
+def test_scipy_integrates_a_relaxed_tyre_too():
+    m, I_z, l_F, l_R, C_F, C_R, v, sigma = (
+        3.78,
+        0.0382,
+        0.15876,
+        0.16523,
+        90,
+        110,
+        4.0,
+        0.2,
+    )
+
+    def steer(t):
+        return 0.06 * np.sin(2.0 * t)
+
+    def rhs(t, state):
+        v_x, v_y, r, a_F, a_R, psi, _ = state
+        F_F, F_R = -2 * C_F * a_F, -2 * C_R * a_R
+        d = steer(t)
+        return [
+            -F_F * math.sin(d) / m + v_y * r,
+            (F_F * math.cos(d) + F_R) / m - v_x * r,
+            (l_F * F_F * math.cos(d) - l_R * F_R) / I_z,
+            v_x / sigma * (math.atan2(v_y + l_F * r, v_x) - d - a_F),
+            v_x / sigma * (math.atan2(v_y - l_R * r, v_x) - a_R),
+            r,
+            v_x * math.sin(psi) + v_y * math.cos(psi),
+        ]
+
+    t = np.linspace(0, 5, 501)
+    theirs = solve_ivp(rhs, (0, 5), [v] + [0] * 6, t_eval=t, rtol=1e-9, atol=1e-11).y
+    fine = np.linspace(0, 5, 5001)
+    free = car(
+        COAST | {"tyre_relaxation": {"length_m": sigma}},
+        controller__proportional_gain_as_per_rad=0.0,
+        controller__integral_gain_a_per_rad=0.0,
+        controller__loop_rate_hz=10000.0,
+    )
+    cycle = Cycle("c", np.array([0.0, 5.0]), np.array([v, v]))
+    ours = simulate(free, cycle, steer=(fine, steer(fine)), output_rate=100.0).trace
+    for column, k in (("yaw_rate_radps", 2), ("yaw_rad", 5), ("y_m", 6)):
+        gap = np.abs(ours[column] - theirs[k]).max()
+        assert gap < 1e-3 * np.abs(theirs[k]).max(), column

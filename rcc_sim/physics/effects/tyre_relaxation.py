@@ -1,0 +1,42 @@
+"""Tyres that must roll some way before they carry the force of a new slip angle."""
+
+import math
+
+from rcc_sim.jit import jit
+from rcc_sim.physics.effect import Effect, Param
+
+
+@jit
+def taken_up(way, length):
+    """Share [1] of a change of slip angle that is felt after rolling `way` [m]."""
+    if length <= 0.0:
+        return 1.0
+    return 1.0 - math.exp(-way / length)
+
+
+@jit
+def felt_slip(held, alpha, share):
+    """Slip angle [rad] that makes force: what was held, moved by a share to alpha."""
+    if share >= 1.0:
+        return alpha
+    return held + share * (alpha - held)
+
+
+EFFECT = Effect(
+    id="tyre_relaxation",
+    title="relaxation length of the tyres",
+    equation="sigma dalpha'/dt + v alpha' = v alpha; force by alpha'",
+    params=(
+        Param(
+            "length_m",
+            neutral=0.0,
+            bounds=(0.0, 5.0),
+            typical=(0.02, 0.8),
+            about="relaxation length sigma",
+        ),
+    ),
+    channels=("yaw_rate_radps", "accel_y_mps2"),
+    seen_as="lateral force that lags the steer by a distance, not by a time",
+    source="H. B. Pacejka, Tire and Vehicle Dynamics, 3rd ed., 2012, ch. 7; the slip "
+    "loss then holds what the tyre's spring takes and gives back",
+)
