@@ -38,7 +38,8 @@ def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
 
     The twin is cached on disk below :func:`cache_folder`, whose name follows the
     source of the whole package: an edit anywhere is a new cache, because numba's
-    own check looks at the file of the called function alone.
+    own check looks at the file of the called function alone. Where that folder cannot
+    be written, it compiles anew.
     """
     import numba
 
@@ -62,7 +63,7 @@ def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
     )
     twin.__module__ = function.__module__
     twin.__qualname__ = function.__qualname__
-    return numba.njit(cache=True, error_model="numpy", forceinline=True)(twin)
+    return numba.njit(cache=_can_cache(), error_model="numpy", forceinline=True)(twin)
 
 
 def _globals_of(function: FunctionType) -> set[str]:
@@ -86,6 +87,16 @@ def cache_folder() -> Path:
 
     root = os.environ.get("RCCSIM_CACHE") or platformdirs.user_cache_dir("rccsim")
     return Path(root) / f"kernels-{source_digest()}"
+
+
+@functools.cache
+def _can_cache() -> bool:
+    """Tell whether the cache folder can be written; if not, each process compiles."""
+    try:
+        cache_folder().mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return False
+    return os.access(cache_folder(), os.W_OK)
 
 
 @functools.cache
