@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.errors import InputError
+from rcc_sim.units import unit_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -100,14 +101,19 @@ def _arrow(columns: Mapping[str, Array]) -> Any:
     return pyarrow.Table.from_arrays(arrays, names=list(columns))
 
 
-def read_trace(source: str | Path, stdin: IO[bytes] | None = None) -> Trace:
+def read_trace(
+    source: str | Path, stdin: IO[bytes] | None = None, *, along: str = "time_s"
+) -> Trace:
     """Read a trace in rccsim's own columns: CSV (also .gz), Parquet, or ``-``.
+
+    ``along`` is the column that must be there and increase: time, or the distance of
+    a road.
 
     Raises
     ------
     InputError
-        Naming file and row if it is empty, has no ``time_s``, holds words, or its
-        time does not increase.
+        Naming file and row if it is empty, lacks that column, holds words, or the
+        column does not increase.
     """
     name = "stdin" if str(source) == "-" else str(source)
     raw = (stdin or sys.stdin.buffer).read() if name == "stdin" else _bytes(source)
@@ -127,7 +133,7 @@ def read_trace(source: str | Path, stdin: IO[bytes] | None = None) -> Trace:
             raise InputError(
                 f"{name}: {column}, row {row}: should be a number: {word!r}"
             ) from None
-    _check_time(columns, name)
+    _check_rising(columns, name, along)
     return Trace(columns, name=name)
 
 
@@ -186,21 +192,21 @@ def _first_word(values: list[Any]) -> tuple[int, Any]:
     return 0, None
 
 
-def _check_time(columns: Mapping[str, Array], name: str) -> None:
-    if "time_s" not in columns:
+def _check_rising(columns: Mapping[str, Array], name: str, along: str) -> None:
+    if along not in columns:
         raise InputError(
-            f"{name}: no column time_s", f"there are {', '.join(columns) or 'none'}"
+            f"{name}: no column {along}", f"there are {', '.join(columns) or 'none'}"
         )
-    time = columns["time_s"]
-    if len(time) == 0:
+    values, unit = columns[along], unit_of(along)
+    if len(values) == 0:
         raise InputError(f"{name}: a header and no rows")
-    if np.isnan(time).any():
-        row = int(np.isnan(time).argmax()) + 1
-        raise InputError(f"{name}: time_s, row {row}: missing")
-    back = np.flatnonzero(np.diff(time) <= 0)
+    if np.isnan(values).any():
+        row = int(np.isnan(values).argmax()) + 1
+        raise InputError(f"{name}: {along}, row {row}: missing")
+    back = np.flatnonzero(np.diff(values) <= 0)
     if len(back):
         k = int(back[0])
         raise InputError(
-            f"{name}: time_s, row {k + 2}: should increase: {time[k + 1]:g} s "
-            f"after {time[k]:g} s"
+            f"{name}: {along}, row {k + 2}: should increase: {values[k + 1]:g} {unit} "
+            f"after {values[k]:g} {unit}"
         )

@@ -66,6 +66,19 @@ def simulate(
             help="CSV with time_s, throttle, for a car driven by it.", metavar="F"
         ),
     ] = None,
+    road_log: Annotated[
+        str | None,
+        typer.Option(
+            help="CSV with distance_m and slope or elevation_m (time_s too, if a log).",
+            metavar="F",
+        ),
+    ] = None,
+    aux_log: Annotated[
+        str | None,
+        typer.Option(
+            help="CSV with time_s, aux_power_w, on top of the file's.", metavar="F"
+        ),
+    ] = None,
     with_: With = None,
     without: Without = None,
     set_: Set = None,
@@ -104,6 +117,8 @@ def simulate(
         lanes=_lanes(lane_change_every, lane_width, lane_change_length),
         steer=_steer(steer_log, lane_change_every),
         throttle=throttle,
+        slope=_road(road_log),
+        aux_power=_auxiliary(aux_log),
         output_rate=output_rate,
         substeps=substeps,
     )
@@ -157,6 +172,22 @@ def _steer(path: str | None, every: float | None) -> Profile | None:
         raise InputError("--steer-log and --lane-change-every: both would steer")
     log = read_trace(path)
     return log["time_s"], log["steer_cmd_rad"]
+
+
+def _road(path: str | None) -> Profile | None:
+    from rcc_sim.simulate.run import road_profile
+    from rcc_sim.trace import read_trace
+
+    return None if path is None else road_profile(read_trace(path, along="distance_m"))
+
+
+def _auxiliary(path: str | None) -> Profile | None:
+    from rcc_sim.trace import read_trace
+
+    if path is None:
+        return None
+    log = read_trace(path)
+    return log["time_s"], log["aux_power_w"]
 
 
 def _announce_compiler(imposed: bool) -> None:

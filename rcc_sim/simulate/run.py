@@ -210,6 +210,29 @@ def simulate(
     return _run(vehicle, cycle, work, table, sinks, changes)
 
 
+def road_profile(road: Trace) -> Profile:
+    """Return the slope over distance of a surveyed road, from slope or elevation.
+
+    Where elevation is known, the slope at the middle of two points is rise over run.
+
+    Raises
+    ------
+    InputError
+        If the road has neither, or holds gaps.
+    """
+    distance = road["distance_m"] - road["distance_m"][0]
+    if "slope" in road:
+        return distance, road["slope"]
+    height = road["elevation_m"]
+    if len(height) < 2:
+        raise InputError(f"{road.name}: elevation_m: one row gives no slope")
+    steps = np.diff(height) / np.sqrt(
+        np.maximum(np.diff(distance) ** 2 - np.diff(height) ** 2, 1e-12)
+    )
+    middle = 0.5 * (distance[1:] + distance[:-1])
+    return middle, steps
+
+
 def throttle_drive(log: Trace) -> tuple[Cycle, Profile]:
     """Return duration and speed at the start, and the throttle, of a logged drive."""
     time = log["time_s"]

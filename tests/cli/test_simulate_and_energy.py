@@ -104,6 +104,22 @@ def test_overrides_act(cycle):
     assert "energy_drivetrain_damping_j" not in free.stdout.partition("\n")[0]
 
 
+def test_a_surveyed_road_and_a_logged_load_are_driven(cycle, tmp_path):
+    flat = json.loads(rccsim("simulate", "r1t", "--cycle", cycle, "--json").stdout)
+    road, load = tmp_path / "road.csv", tmp_path / "load.csv"
+    road.write_text("distance_m,elevation_m\n0,0\n100,5\n")
+    load.write_text("time_s,aux_power_w\n0,1000\n9,1000\n")
+    words = ("--road-log", road, "--aux-log", load, "--json")
+    done = rccsim("simulate", "r1t", "--cycle", cycle, *words)
+    hilly = json.loads(done.stdout)
+    climb = 3152 * 9.80665 * 0.05 * hilly["distance_m"] / 3600
+    assert hilly["ledger"]["road_grade"] == pytest.approx(climb, rel=1e-3)
+    assert hilly["ledger"]["auxiliary_load"] == pytest.approx(1000 * 9 / 3600, rel=1e-3)
+    assert hilly["energy_wh"] > flat["energy_wh"] + climb
+    done = rccsim("simulate", "r1t", "--cycle", cycle, "--road-log", load)
+    failed(done, "distance_m")
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [
