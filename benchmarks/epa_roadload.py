@@ -5,7 +5,7 @@
 For every charge-depleting UDDS and highway test of the EPA's 2022 test-car list: target
 road load and equivalent test weight of that row, one set of efficiencies for all cars,
 an imposed run; compared with the wall energy that the list states. Nothing is set per
-car. First with efficiencies as published, then with one of them (the motor's) fitted on
+car. First with efficiencies as stated, then with one of them (the motor's) fitted on
 one half of the models and judged on the other. The list is not part of this project;
 where it is absent, that is said and nothing else done.
 """
@@ -36,21 +36,23 @@ LB = 0.45359237  # kg; exact
 MPH = 0.44704  # m/s; exact
 MILE = 1609.344  # m; exact
 KWH = 3.6e6  # J; exact
-GALLON = 33.705  # kWh; energy of a gallon of petrol, 40 CFR 600.002
+GALLON = 33.705  # kWh; energy of a gallon of petrol; the EPA's figure
 MPGE_ABOVE = 60.0  # the list's unit column is wrong; above this MPGe, else kWh/100 mi
 
-# One set for all cars, most of it what FASTSim (NREL's vehicle simulator) gives every
-# electric car that it takes from this same list (fastsim-core, vehicle_import, BEV).
-MOTOR = 0.92  # with inverter; FASTSim 3.1.0, Renault Zoe's map at a tenth of its power
+# One set for all cars. Gear, battery, charger and auxiliaries are what FASTSim's
+# importer gives every electric car of this list, as read in a public copy of its
+# source; the motor is our reading of one point of one car's map: a choice.
+MOTOR = 0.92  # guess: with inverter; FASTSim 3.1.0's Renault Zoe at a tenth of power
 GEAR = 0.98  # FASTSim: trans_eff; drag without load is in the road load already
 BATTERY = 0.985  # one way; FASTSim: ess_round_trip_eff 0.97, of which the root
-CHARGER = 0.86  # wall to battery, the cells' loss in it; FASTSim: chg_eff
+CHARGER = 0.86  # wall to battery; FASTSim: chg_eff; guess: the cells' loss is in it
 AUXILIARY = 250.0  # W at the terminals; FASTSim: aux_kw 0.25
 ROTATING = (
     0.02  # of the test weight; guess: wheels, gears and rotor, 1.5 to 4 % is usual
 )
-# No regeneration limit: the cycles brake at 1.48 m/s² at most, within what cars recover
-# (0.2 to 0.3 g, as drivers report). What braking gives back passes the same losses.
+# guess: no regeneration limit; the cycles brake at 1.48 m/s² at most. What braking
+# gives back passes the same losses. Part load, friction brakes and cold starts are not
+# modelled.
 
 # What cancels at constant efficiency, and what only lateral motion would need.
 RADIUS = 0.34  # m
@@ -234,22 +236,24 @@ def main(arguments: list[str]) -> None:
     tests = read_tests(path)
     held = tests["held_out"].to_numpy()
     motor = fitted_motor(tests[~held])
-    published, fitted = errors(tests), errors(tests, motor)
+    stated, fitted = errors(tests), errors(tests, motor)
     print(
         f"{len(tests)} tests, {tests[MODEL].nunique()} models; motor {MOTOR:g}, gear"
         f" {GEAR:g}, battery {BATTERY:g}, charger {CHARGER:g}, auxiliaries"
         f" {AUXILIARY:g} W, rotating mass {100 * ROTATING:g} %"
     )
     print(f"{'':34s} cycle  rows  mean |%|  median |%|   bias %")
-    show_scores(tests, published, "as published, all")
-    show_scores(tests[held], published[held], "as published, held-out half")
+    show_scores(tests, stated, "as stated, all")
+    show_scores(tests[held], stated[held], "as stated, held-out half")
     show_scores(tests[~held], fitted[~held], f"motor {motor:.3f}, the half fitted on")
     show_scores(tests[held], fitted[held], f"motor {motor:.3f}, held-out half")
-    print("worst five models as published:")
-    show_worst(tests, published)
+    print("worst five models as stated:")
+    show_worst(tests, stated)
     print("worst five models with the motor fitted (both halves):")
     show_worst(tests, fitted)
-    print("FASTSim: left out; its cars have drag area and C_rr, not A, B, C")
+    print(
+        "FASTSim: not compared; its importer would have to turn A, B, C into drag first"
+    )
 
 
 if __name__ == "__main__":

@@ -7,8 +7,9 @@ import pytest
 
 from benchmarks import epa_roadload as epa
 
-# Measured on the 2022 list, with a margin of one: 7.5 % and 8.1 %.
-HELD_OUT_PUBLISHED = 8.5  # %
+# Guards against a step back, not targets: 7.5 % and 8.1 % were measured on the 2022
+# list; one is added.
+HELD_OUT_STATED = 8.5  # %
 HELD_OUT_FITTED = 9.1  # %
 WITH_DATA = pytest.mark.skipif(
     not epa.DEFAULT.is_file(),
@@ -33,9 +34,9 @@ def test_no_model_is_in_both_halves(tests):
 
 
 @WITH_DATA
-def test_held_out_cars_are_predicted_with_published_efficiencies(tests):
+def test_held_out_cars_are_predicted_with_stated_efficiencies(tests):
     found = epa.score(epa.errors(tests[tests["held_out"]]))
-    assert found.mean_abs < HELD_OUT_PUBLISHED
+    assert found.mean_abs < HELD_OUT_STATED
 
 
 @WITH_DATA
