@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import sys
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
@@ -38,7 +38,6 @@ class Trace:
 
     columns: Mapping[str, Array]
     name: str = ""
-    notes: tuple[str, ...] = field(default=())
 
     def __getitem__(self, column: str) -> Array:
         """Return a column.

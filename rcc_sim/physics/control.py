@@ -2,7 +2,6 @@
 
 from rcc_sim.jit import jit
 from rcc_sim.physics.effects.current_limit import limited_current
-from rcc_sim.physics.effects.motor_efficiency import cell_of
 from rcc_sim.physics.effects.speed_dead_zone import commands_nothing, seen_speed
 from rcc_sim.physics.effects.speed_loop import true_gain
 from rcc_sim.physics.effects.steering_backlash import with_play
@@ -11,6 +10,7 @@ from rcc_sim.physics.effects.steering_lag import lagged
 from rcc_sim.physics.effects.steering_offset import offset_angle
 from rcc_sim.physics.effects.throttle_dead_zone import felt_throttle
 from rcc_sim.physics.powertrain import torque_envelope, voltage_limited_current
+from rcc_sim.physics.tables import bilinear
 
 
 @jit
@@ -102,16 +102,7 @@ def throttle_force(p, throttle, v, force):
     The table is clamped at its edges: (throttle, speed, force by both).
     """
     x = felt_throttle(throttle, p.throttle_dead_zone.threshold)
-    i = cell_of(x, force[0])
-    j = cell_of(v, force[1])
-    a = (x - force[0][i]) / (force[0][i + 1] - force[0][i])
-    b = (v - force[1][j]) / (force[1][j + 1] - force[1][j])
-    a = min(max(a, 0.0), 1.0)
-    b = min(max(b, 0.0), 1.0)
-    F = force[2]
-    low = F[i, j] * (1.0 - b) + F[i, j + 1] * b
-    high = F[i + 1, j] * (1.0 - b) + F[i + 1, j + 1] * b
-    return low * (1.0 - a) + high * a
+    return bilinear(x, v, force[0], force[1], force[2])
 
 
 @jit

@@ -56,8 +56,8 @@ FLOW: Schema = floats(
 """Time integrals since the last row, and what went beyond the vehicle's means."""
 
 ROW: Schema = floats(
-    "t", "v_ref", "throttle", "steer", "v", "v_y", "r", "a_x", "a_y", "i_q", "tau",
-    "u", "i", "P", "x", "y", "psi", "z", "slope", "aux", "s", "E", "E_abs",
+    "t", "v_ref", "throttle", "steer", "v", "r", "a_x", "a_y", "i_q", "tau",
+    "u", "i", "P", "x", "y", "psi", "z", "slope", "aux", "s", "E",
 )  # fmt: skip
 """One row of the trace: samples, and means since the row before."""
 

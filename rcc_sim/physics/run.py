@@ -26,25 +26,7 @@ from rcc_sim.physics.step import (
     step,
     step_imposed,
 )
-
-
-@jit
-def seek(x, xs, at):
-    """Last place in xs, from `at` on, whose entry is not above x."""
-    i = int(at)
-    while i + 2 < len(xs) and xs[i + 1] <= x:
-        i += 1
-    return i
-
-
-@jit
-def between(x, xs, ys, i):
-    """Linear interpolation in the cell i of a table; its ends hold beyond it."""
-    if len(xs) < 2 or x <= xs[0]:
-        return ys[0]
-    if x >= xs[-1]:
-        return ys[-1]
-    return ys[i] + (ys[i + 1] - ys[i]) * (x - xs[i]) / (xs[i + 1] - xs[i])
+from rcc_sim.physics.tables import between, seek, slope_of
 
 
 @jit
@@ -66,7 +48,6 @@ def write(c, s, u, E, flow, row):
     row.throttle = u.throttle
     row.steer = u.steer
     row.v = s.v_x
-    row.v_y = s.v_y
     row.r = s.r
     row.x = s.x
     row.y = s.y
@@ -75,7 +56,6 @@ def write(c, s, u, E, flow, row):
     row.slope = u.slope
     row.s = s.s
     row.E = flow.E
-    row.E_abs = flow.E_abs
     if flow.dt > 0.0:
         row.a_x = flow.a_x / flow.dt
         row.a_y = flow.a_y / flow.dt
@@ -119,15 +99,6 @@ def look_up_road(p, s, u, grade, aux, t, distance):
     u.slope += p.road_grade.slope
     s.aux_at = seek(t, aux[0], s.aux_at)
     u.aux = between(t, aux[0], aux[1], int(s.aux_at))
-
-
-@jit
-def slope_of(x, xs, ys, i):
-    """Slope of a table at x, searched from cell i on; 0 beyond its ends."""
-    if len(xs) < 2 or x < xs[0] or x >= xs[-1]:
-        return 0.0
-    k = seek(x, xs, i)
-    return (ys[k + 1] - ys[k]) / (xs[k + 1] - xs[k])
 
 
 @jit

@@ -272,7 +272,7 @@ def _run(
     notes = run_notes(vehicle, cycle, columns, beyond, lane_length)
     name = f"{vehicle.name} on {cycle.name}"
     residual = left_open(name, given, ledger, throughput)
-    trace = Trace(sensed_columns(vehicle, columns), name=name, notes=notes)
+    trace = Trace(sensed_columns(vehicle, columns), name=name)
     return Run(trace, ledger, given, throughput, residual, notes)
 
 

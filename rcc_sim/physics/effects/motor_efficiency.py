@@ -2,22 +2,9 @@
 
 from rcc_sim.jit import jit
 from rcc_sim.physics.effect import Effect, Param
+from rcc_sim.physics.tables import bilinear
 
 ETA_MIN = 0.02  # 1; no map is believed below this: it would ask for endless power
-
-
-@jit
-def cell_of(x, grid):
-    """Index of the cell of an increasing grid that holds x; the ends are clamped."""
-    lo = 0
-    hi = len(grid) - 1
-    while hi - lo > 1:
-        mid = (lo + hi) // 2
-        if grid[mid] <= x:
-            lo = mid
-        else:
-            hi = mid
-    return lo
 
 
 @jit
@@ -32,15 +19,7 @@ def map_efficiency(tau, omega, scale, map_tau, map_omega, map_eta):
 
     Bilinear in the measured grid, clamped at its edge; ``scale`` multiplies it.
     """
-    i = cell_of(abs(tau), map_tau)
-    j = cell_of(omega, map_omega)
-    a = (abs(tau) - map_tau[i]) / (map_tau[i + 1] - map_tau[i])
-    b = (omega - map_omega[j]) / (map_omega[j + 1] - map_omega[j])
-    a = min(max(a, 0.0), 1.0)
-    b = min(max(b, 0.0), 1.0)
-    low = map_eta[i, j] * (1.0 - b) + map_eta[i, j + 1] * b
-    high = map_eta[i + 1, j] * (1.0 - b) + map_eta[i + 1, j + 1] * b
-    return max(scale * (low * (1.0 - a) + high * a), ETA_MIN)
+    return max(scale * bilinear(abs(tau), omega, map_tau, map_omega, map_eta), ETA_MIN)
 
 
 @jit
