@@ -63,7 +63,8 @@ def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
     )
     twin.__module__ = function.__module__
     twin.__qualname__ = function.__qualname__
-    return numba.njit(cache=_can_cache(), error_model="numpy", forceinline=True)(twin)
+    options = {"cache": _can_cache(), "error_model": "numpy", "nogil": True}
+    return numba.njit(forceinline=True, **options)(twin)
 
 
 def _globals_of(function: FunctionType) -> set[str]:

@@ -159,12 +159,10 @@ def step_imposed(p, c, s, u, f, E, flow, v_1, r_1, dt):
     steady_axle_forces(c, f, f.v, 0.5 * (s.r + r_1), (r_1 - s.r) / dt)
     P_slip = slip_loss(f.F_F, f.v, c.C_F, c.D_F) + slip_loss(f.F_R, f.v, c.C_R, c.D_R)
     if f.moving > 0.0:
-        supply(p, c, u, f, flow, P_slip, (r_1 - s.r) / dt, dt)
+        turning = (P_slip + c.I_z * (r_1 - s.r) / dt * f.r) / f.v
+        supply(p, c, u, f, flow, turning, dt)
     else:
-        u.tau = 0.0
-        u.brake = 0.0
-        f.T_L = 0.0
-        f.k = 1.0
+        rest(u, f)
     book_motion_imposed(c, u, f, E)
     flow.a_x += (f.a + f.grade / c.m) * dt
     flow.a_y += f.v * f.r * dt
@@ -179,16 +177,54 @@ def step_imposed(p, c, s, u, f, E, flow, v_1, r_1, dt):
 
 
 @jit
+def step_steered(p, c, s, u, f, E, flow, v_1, dt):
+    """Advance by dt [s] to a speed that was measured, the steering acting freely."""
+    v_0 = s.v_x
+    turn_velocity(c, s, 0.5 * dt)
+    f.v = 0.5 * (v_0 + v_1)
+    f.a = (v_1 - v_0) / dt
+    f.moving = dt
+    if f.v <= 0.0:
+        f.moving = 0.0
+    resist(p, c, u, f, f.v)
+    corner(c, s, u, f, f.v, dt)
+    turning = -c.m * f.v_y * f.r
+    if f.moving > 0.0:
+        supply(p, c, u, f, flow, turning + f.F_F * u.sin_delta, dt)
+    else:
+        rest(u, f)
+    book_motion(c, u, f, E, dt)
+    flow.a_x += (f.a + (turning + f.grade) / c.m) * dt
+    flow.a_y += (f.F_F * u.cos_delta + f.F_R) / c.m * dt
+    s.v_y = 2.0 * f.v_y - s.v_y
+    s.r = 2.0 * f.r - s.r
+    s.s += f.v * f.moving
+    turn_velocity(c, s, 0.5 * dt)
+    s.v_x = v_1
+
+
+@jit
 def slip_loss(F, v, C, D):
     """Power [W] that an axle's two tyres lose carrying F [N] at v [m/s]."""
     return F * v * math.tan(slip_angle(0.5 * F, C, D))
 
 
 @jit
-def supply(p, c, u, f, flow, P_slip, r_dot, dt):
-    """Torque and brake force that give the imposed acceleration, losses included."""
+def rest(u, f):
+    """Ask nothing of a vehicle that stands."""
+    u.tau = 0.0
+    u.brake = 0.0
+    f.T_L = 0.0
+    f.k = 1.0
+
+
+@jit
+def supply(p, c, u, f, flow, turning, dt):
+    """Torque and brake force that give the imposed acceleration, losses included.
+
+    ``turning`` [N] is the force along the vehicle that its turning takes.
+    """
     omega = c.n * f.v
-    turning = (P_slip + c.I_z * r_dot * f.r) / f.v
     F = c.m * f.a + f.roll + f.aero + f.grade + f.road + turning
     eta = p.gear_loss.efficiency
     f.k = gear_transmission(F, eta)

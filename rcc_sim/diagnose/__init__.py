@@ -1,0 +1,1 @@
+"""Which unmodelled effect parts simulation and reality, how much, and how sure."""

@@ -1,0 +1,150 @@
+"""What is left when the model is right: scale, memory and likelihood of residuals.
+
+A residual is taken as noise whose size may grow with speed (a rough road is a force,
+so that it shows in power in proportion to speed) and that remembers the recent past.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+FREEDOM = 8.0
+"""Degrees of freedom of the t-distribution that whitened residuals follow."""
+
+
+def lag_edges(rate: float, memory: float, rows: int) -> list[int]:
+    """Edges [rows] of the blocks of past rows, each twice as long as the last."""
+    edges = [0, 1, 2]
+    longest = min(memory * rate, rows / 20)
+    while edges[-1] * 2 <= longest:
+        edges.append(edges[-1] * 2)
+    return edges
+
+
+def block_means(z: Array, edges: list[int]) -> list[Array]:
+    """Means of z over blocks of past rows; before the start z is taken as 0."""
+    total = np.zeros((len(z) + edges[-1] + 1, *z.shape[1:]))
+    np.cumsum(z, axis=0, out=total[edges[-1] + 1 :])
+    n, last = len(z), edges[-1]
+    return [
+        (total[last - a : last - a + n] - total[last - b : last - b + n]) / (b - a)
+        for a, b in zip(edges, edges[1:], strict=False)
+    ]
+
+
+@dataclass(frozen=True)
+class Whitener:
+    """Turns one channel's residual into white noise of unit variance."""
+
+    scale: Array
+    memory: Array
+    edges: list[int]
+    sigma: float
+    valid: Mask
+
+    def __call__(self, e: Array) -> Array:
+        """Return residuals (n,) or signals (n, k), whitened, invalid rows dropped."""
+        wide = e if e.ndim > 1 else e[:, None]
+        z = np.where(self.valid[:, None], wide, 0.0) / self.scale[:, None]
+        for c, m in zip(self.memory, block_means(z, self.edges), strict=True):
+            z = z - c * m
+        z = z[self.valid] / self.sigma
+        return z if e.ndim > 1 else z[:, 0]
+
+
+def weights(w: Array) -> Array:
+    """Weight of each whitened residual in a fit by the t-distribution."""
+    return (FREEDOM + 1) / (FREEDOM + w * w)
+
+
+def log_density(w: Array) -> float:
+    """Log-likelihood of whitened residuals, up to a constant."""
+    return float(-0.5 * (FREEDOM + 1) * np.log1p(w * w / FREEDOM).sum())
+
+
+def log_likelihood(whitener: Whitener, e: Array) -> float:
+    """Log-likelihood of a channel's residual, scale and all."""
+    n = int(whitener.valid.sum())
+    size = float(np.log(whitener.scale[whitener.valid]).sum())
+    return log_density(whitener(e)) - n * np.log(whitener.sigma) - size
+
+
+def fit_whitener(
+    e: Array, valid: Mask, grows_with: list[Array], edges: list[int]
+) -> Whitener:
+    """Learn scale and memory from a residual.
+
+    The scale's square is 1 plus a non-negative sum of the squares of what the noise
+    may grow with (speed; how fast the channel changes), learnt from what the memory
+    does not foresee.
+    """
+    n = int(valid.sum())
+    scale = np.ones(len(e))
+    if n < 10 or not np.any(e[valid]):
+        return Whitener(scale, np.zeros(len(edges) - 1), edges, 1.0, valid)
+    raw = np.where(valid, e, 0.0)
+    parts = [np.ones(len(e))]
+    for g in grows_with:
+        unit = float(np.mean(g[valid] ** 2))
+        if unit > 0:
+            parts.append(g**2 / unit)
+    X = np.stack(parts)
+    share = np.full(len(parts), 1.0 / len(parts))
+    memory = np.zeros(len(edges) - 1)
+    sigma = 1.0
+    for _ in range(3):
+        z = raw / scale
+        means = block_means(z, edges)
+        if memory.any():
+            seen = z - sum(c * m for c, m in zip(memory, means, strict=True))
+        else:
+            seen = z
+        share = fit_scale((seen * scale)[valid], X[:, valid], share)
+        scale = np.sqrt(share @ X)
+        z = raw / scale
+        features = np.stack(block_means(z, edges), axis=1)[valid]
+        memory, sigma = fit_memory(z[valid], features, memory)
+    unit = float(np.sqrt(share[0])) or 1.0
+    return Whitener(scale / unit, memory, edges, sigma * unit, valid)
+
+
+def fit_scale(u: Array, X: Array, share: Array) -> Array:
+    """Non-negative shares of X (k, n) whose sum is the likeliest variance of u (n,).
+
+    Multiplicative steps on the likelihood of a t-distribution.
+    """
+    u2 = u * u
+    share = np.maximum(share, 1e-6 / len(share)) * robust_size(u2)
+    for _ in range(12):
+        s2 = share @ X
+        seen = (FREEDOM + 1) / (FREEDOM + u2 / s2) * u2 / s2**2
+        share = share * (X @ seen) / np.maximum(X @ (1 / s2), 1e-300)
+        share = np.maximum(share, 1e-12 * share.max())
+    return share
+
+
+def fit_memory(z: Array, features: Array, memory: Array) -> tuple[Array, float]:
+    """Weights of past block means that foresee z, and the size of what is left."""
+    size = np.sqrt(robust_size((z - features @ memory) ** 2))
+    for _ in range(2):
+        W = weights((z - features @ memory) / size)
+        A = features.T * W
+        N = A @ features
+        ridge = 1e-3 * np.trace(N) / len(memory) + 1e-30
+        memory = np.linalg.solve(N + ridge * np.eye(len(memory)), A @ z)
+        size = np.sqrt(robust_size((z - features @ memory) ** 2))
+    return memory, float(size)
+
+
+def robust_size(squares: Array) -> float:
+    """Square of the t-distribution's scale, from squared residuals."""
+    s = float(np.median(squares)) * 2.2 + 1e-300
+    for _ in range(6):
+        s = float(np.mean((FREEDOM + 1) / (FREEDOM + squares / s) * squares)) + 1e-300
+    return s

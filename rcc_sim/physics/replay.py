@@ -1,0 +1,177 @@
+"""The loop over the rows of a log: the vehicle driven by what was commanded to it.
+
+Between two rows the vehicle runs as in any other drive. At each row its state may
+be drawn towards what was measured, so that a rough road, which no model knows, does
+not add up; what the measurement then adds at each row is the innovation.
+"""
+
+import math
+
+from rcc_sim.jit import jit
+from rcc_sim.physics.control import speed_loop
+from rcc_sim.physics.effects.actuation_delay import command_of
+from rcc_sim.physics.effects.motor_efficiency import ETA_MIN
+from rcc_sim.physics.effects.reference_sampling import held_time
+from rcc_sim.physics.effects.speed_dead_zone import commands_nothing
+from rcc_sim.physics.effects.steering_delay import delayed
+from rcc_sim.physics.params import LOGGED, SPEED
+from rcc_sim.physics.run import actuate, begin, obey_throttle, write
+from rcc_sim.physics.step import (
+    electrify,
+    mapped_efficiency,
+    step,
+    step_imposed,
+    step_steered,
+)
+from rcc_sim.physics.tables import between, seek
+
+FREE = 0.98  # 1; share of a current limit beyond which the loop counts as saturated
+
+
+@jit
+def open_window(flow):
+    """Forget what flowed before the sensors' window opened."""
+    flow.dt = 0.0
+    flow.a_x = 0.0
+    flow.a_y = 0.0
+    flow.i_q = 0.0
+    flow.tau = 0.0
+    flow.u = 0.0
+    flow.i = 0.0
+    flow.P = 0.0
+    flow.aux = 0.0
+
+
+@jit
+def look_up_inputs(p, s, u, t, rows_at, time, ref, steer, grade, slope, aux):
+    """Read what acts at t [s]: reference, steering, slope and auxiliary power."""
+    held = held_time(t, p.reference_sampling.period_s)
+    s.ref_at = seek(held, time, s.ref_at)
+    u.v_ref = between(held, time, ref, int(s.ref_at))
+    u.steer = between(t + 0.5 * p.control.T_loop, time, steer, rows_at)
+    u.aux = between(t, time, aux, rows_at)
+    s.grade_at = seek(s.s, grade, s.grade_at)
+    u.slope = between(s.s, grade, slope, int(s.grade_at)) + p.road_grade.slope
+
+
+@jit
+def recall(p, c, s, u, row, v, i_q, share_v, share_i):
+    """Draw speed, and the loop's integral, towards what was measured at a row.
+
+    v [m/s] and i_q [A] are NaN where they were not measured. The integral is drawn
+    only while the loop is free, that is at none of its limits.
+    """
+    if v == v:
+        s.v_x = max(s.v_x + share_v * (v - row.v), 0.0)
+    if p.control.mode != SPEED or i_q != i_q:
+        return
+    omega_ref = u.v_ref * c.n_file
+    if omega_ref == 0.0:
+        return
+    if commands_nothing(omega_ref, p.speed_dead_zone.threshold_radps):
+        return
+    low = max(-c.i_max, c.tau_min / c.K_t)
+    high = min(c.i_max, p.current_limit.max_current_a)
+    if FREE * low < row.i_q < FREE * high:
+        s.integral += share_i * (i_q - row.i_q)
+
+
+@jit
+def run_replayed(
+    P, work, drive, road, measured, maps, lines, rows, sinks, imposed, window, recalls
+):
+    """Run the vehicle along a log, one row each row of the log.
+
+    P holds the parameters, work the other records, drive what was commanded at the
+    rows (time, reference, steer, throttle, auxiliary power), road the slope over
+    distance, measured the speed, current, yaw rate and torque at the rows (the
+    speed without gaps if the run is imposed; NaN where nothing is known; an imposed
+    run takes its power from the torque that was measured), maps and lines as in
+    ``run_commanded``. Means are over ``window`` [s] before each row.
+    ``recalls`` holds the times [s] in which state and measurement come together
+    (speed, integral); infinite: never.
+    """
+    p = P[0]
+    c, s, u, f, flow = work[0][0], work[1][0], work[2][0], work[3][0], work[4][0]
+    E = sinks[0]
+    time, ref, steer, throttle, aux = drive
+    grade, slope = road
+    speed, current, yaw_rate, torque = measured
+    eta, force = maps
+    late_motor, late_steer = lines
+    T = p.control.T_loop
+    eff = max(p.motor_efficiency.scale, ETA_MIN)
+    asked = 0.0
+    r_0 = 0.0
+    first = speed[0]
+    if first != first:
+        first = 0.0
+    begin(p, c, s, max(first, 0.0), 0.0)
+    look_up_inputs(p, s, u, time[0], 0, time, ref, steer, grade, slope, aux)
+    write(c, s, u, E, flow, rows[0])
+    tick = math.floor(time[0] / T + 1e-9)
+    for k in range(1, len(rows)):
+        rows[k] = rows[k - 1]
+        t_end = time[k]
+        last = math.floor(t_end / T + 1e-9)
+        opens = max(tick, math.floor((t_end - window) / T + 0.5))
+        opens = min(opens, max(last - 1, tick))
+        before = k - 1
+        span = time[k] - time[before]
+        while tick < last:
+            if tick == opens:
+                open_window(flow)
+            t = max(tick * T, time[0])
+            look_up_inputs(p, s, u, t, before, time, ref, steer, grade, slope, aux)
+            angle = u.steer
+            r_0 = s.r
+            if p.steering_delay.delay_s > 0.0:
+                angle = delayed(late_steer, tick, p.steering_delay.delay_s, T, angle)
+            if imposed:
+                actuate(p, c, s, u, 0.0, angle)
+                part = min(((tick + 1) * T - time[before]) / span, 1.0)
+                v_1 = max(speed[before] + part * (speed[k] - speed[before]), 0.0)
+                if p.lanes.steer == LOGGED:
+                    step_steered(p, c, s, u, f, E, flow, v_1, T)
+                else:
+                    r_1 = yaw_rate[before]
+                    r_1 += part * (yaw_rate[k] - yaw_rate[before])
+                    step_imposed(p, c, s, u, f, E, flow, v_1, r_1, T)
+                asked = u.tau
+                if torque[k] == torque[k]:
+                    u.tau = torque[k]
+            else:
+                if p.control.mode == SPEED:
+                    tau = speed_loop(p, c, s, u, flow)
+                    delay = p.actuation_delay.delay_s
+                    if delay > 0.0:
+                        tau = command_of(late_motor, tick, delay, T, tau)
+                else:
+                    s.t = t
+                    tau = obey_throttle(
+                        p, c, s, u, force, (time, throttle), late_motor, tick
+                    )
+                actuate(p, c, s, u, tau, angle)
+                step(p, c, s, u, f, E, flow, T)
+            if len(eta[0]) > 1:
+                eff = mapped_efficiency(p, c, u, f, flow, eta, T)
+            electrify(p, c, u, f, E, flow, eff, T)
+            if imposed and u.tau != asked:
+                flow.tau += (asked - u.tau) * T
+                if c.K_t > 0.0:
+                    flow.i_q += (asked - u.tau) / c.K_t * T
+            tick += 1
+        s.t = t_end
+        if flow.dt > 0.0:
+            write(c, s, u, E, flow, rows[k])
+        rows[k].t = t_end
+        rows[k].r = s.r + (s.r - r_0) * (t_end - tick * T) / T
+        if imposed:
+            rows[k].v = speed[k]
+        else:
+            rows[k].v = max(s.v_x + s.a_x * (t_end - tick * T), 0.0)
+            recall(
+                p, c, s, u, rows[k], speed[k], current[k],
+                1.0 - math.exp(-span / recalls[0]),
+                1.0 - math.exp(-span / recalls[1]),
+            )  # fmt: skip
