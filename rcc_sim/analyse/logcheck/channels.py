@@ -1,0 +1,278 @@
+"""One channel at a time: dead, held, stuck, clipped, coarse, with glitches."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rcc_sim.analyse.logcheck.finding import (
+    COMMANDS,
+    DROPPED,
+    INERTIAL,
+    KINEMATIC,
+    MEASURED,
+    Array,
+    Columns,
+    Finding,
+    is_noisy,
+    parts,
+    runs,
+    sampled,
+    spread,
+    when,
+)
+
+STILL = ("slope", "elevation_m", "aux_power_w", "ambient_temperature_degc")
+"""What may be constant over a whole log."""
+
+BY_TURNING = ("yaw_rate_radps", "accel_y_mps2", "y_m", "yaw_rad")
+"""What is zero in a drive straight on."""
+
+
+def dead(columns: Columns) -> list[Finding]:
+    """Return the channels that hold one value all along, and what that means."""
+    found = []
+    fixed = {n: v for n, v in columns.items() if _is_constant(v)}
+    empty = [n for n, v in columns.items() if not np.isfinite(v).any()]
+    for name in empty:
+        found.append(_dead(name, "has no value in any row"))
+    moves = "speed_mps" not in fixed and "speed_mps" in columns
+    turns = "steer_cmd_rad" in columns and "steer_cmd_rad" not in fixed
+    real = any(is_noisy(columns[n]) for n in MEASURED if n in columns)
+    for name, values in fixed.items():
+        value = float(values[np.isfinite(values)][0])
+        if name in empty or name == "time_s":
+            continue
+        if name.startswith(("energy_", "battery_energy")) or name == "current_d_a":
+            continue
+        what = f"is {value:.6g} in every row"
+        harmless = (
+            name in STILL
+            or name not in MEASURED
+            or (name in BY_TURNING and value == 0 and not turns and not real)
+            or (name == "battery_voltage_v" and value > 0 and not real)
+            or (name != "battery_voltage_v" and not moves and name in KINEMATIC)
+        )
+        if name == "speed_mps":
+            found.append(
+                Finding(
+                    "never_moves", name, what, severity="warning" if real else "info"
+                )
+            )
+        elif harmless:
+            found.append(Finding("constant", name, what))
+        else:
+            found.append(_dead(name, f"{what}: no sensor behind it, or it is stuck"))
+    return found
+
+
+def _is_constant(values: Array) -> bool:
+    return bool(np.nanmin(values, initial=np.inf) == np.nanmax(values, initial=-np.inf))
+
+
+def _dead(name: str, what: str) -> Finding:
+    return Finding(
+        "dead", name, what, sure=0.95, action=f"removed; {DROPPED}", severity="error"
+    )
+
+
+def zero_start(time: Array, columns: Columns) -> tuple[int, list[Finding]]:
+    """Return how many first rows are all zero: written before the sensors spoke."""
+    names = [n for n in MEASURED if n in columns and is_noisy(columns[n])]
+    names = [n for n in names if np.mean(sampled(columns[n]) == 0) < 0.05]
+    volts = columns.get("battery_voltage_v")
+    if volts is not None and np.mean(sampled(volts) == 0) < 0.05:
+        names = [*dict.fromkeys([*names, "battery_voltage_v"])]
+    if len(names) < 2 and "battery_voltage_v" not in names:
+        return 0, []
+    count = len(time)
+    for name in names:
+        other = columns[name][: len(time) // 2] != 0
+        count = min(count, int(other.argmax()) if other.any() else len(other))
+    if count == 0 or (count < 2 and "battery_voltage_v" not in names):
+        return 0, []
+    return count, [
+        Finding(
+            "zero_start",
+            names[0] if len(names) == 1 else "all sensors",
+            f"{', '.join(names)}: exactly zero in the first {count} rows",
+            when(time, np.arange(count)),
+            sure=0.9,
+            action=f"{count} rows left out",
+            severity="warning",
+            start_s=float(time[0]),
+            end_s=float(time[count - 1]),
+        )
+    ]
+
+
+def held(time: Array, name: str, values: Array) -> list[Finding]:
+    """Return the finding of a channel that updates more slowly than the rows come."""
+    part = parts(len(values), 20_000)
+    gaps = [np.diff(np.flatnonzero(np.diff(values[p]) != 0)) for p in part]
+    every = np.concatenate(gaps)
+    if len(every) < 10:
+        return []
+    k = float(np.median(every))
+    if k < 2:
+        return []
+    near = float(np.mean(np.abs(every - k) <= max(0.1 * k, k > 3)))
+    early = float(np.mean(every < 0.7 * k))
+    if near < 0.6 or early > 0.05:
+        return []
+    step = float(np.median(np.diff(time)))
+    return [
+        Finding(
+            "slow_channel",
+            name,
+            f"changes every {k:.0f} rows only: about {1 / (k * step):.3g} Hz",
+            sure=min(0.99, near),
+            action="used as it is; the held value lags by up to "
+            f"{(k - 1) * step:.3g} s",
+        )
+    ]
+
+
+def stuck(
+    time: Array, name: str, values: Array, speed: Array | None
+) -> list[Finding]:
+    """Return stretches in which a noisy channel holds one value while others live."""
+    if name in COMMANDS or name not in MEASURED or speed is None:
+        return []
+    if len(values) < 100 or not is_noisy(values):
+        return []
+    starts, ends = runs(np.concatenate([[False], np.diff(values) == 0]))
+    if not len(starts):
+        return []
+    lengths = ends - starts
+    usual = float(np.quantile(lengths, 0.98)) if len(lengths) > 20 else 1.0
+    step = float(np.median(np.diff(time)))
+    changing = float(np.mean(sampled(np.diff(values)) != 0))
+    need = max(10.0, 8 * usual, 0.3 / step)
+    if changing < 0.999:
+        need = max(need, 12.0 / -np.log10(max(1 - changing, 1e-12)))
+    fast = 0.1 * float(np.nanmax(np.abs(sampled(speed)), initial=0.0))
+    found = []
+    for k in np.flatnonzero(lengths > need):
+        first, end = max(int(starts[k]) - 1, 0), int(ends[k])
+        if name == "speed_mps":
+            lives = abs(values[first]) > fast or _leaps(values, first, end)
+        else:
+            lives = float(np.median(np.abs(speed[first:end]))) > fast
+            lives = lives and float(np.ptp(speed[first:end])) > 0
+        if lives:
+            found.append((first, end))
+    if not found:
+        return []
+    longest = max(found, key=lambda pair: pair[1] - pair[0])
+    lasts = float(time[longest[1] - 1] - time[longest[0]])
+    rows = sum(end - first for first, end in found)
+    return [
+        Finding(
+            "stuck",
+            name,
+            f"holds {values[longest[0]]:.6g} for {lasts:.3g} s while the car drives"
+            + (f" ({len(found)} times, {rows} rows)" if len(found) > 1 else ""),
+            when(time, np.arange(*longest)),
+            sure=0.9,
+            action="those rows are masked (NaN)",
+            severity="warning",
+            start_s=float(time[longest[0]]),
+            end_s=float(time[longest[1] - 1]),
+        )
+    ]
+
+
+def stuck_rows(values: Array, found: list[Finding], time: Array) -> NDArray[np.intp]:
+    """Return the rows of a stuck stretch, to be masked."""
+    rows = [
+        np.flatnonzero((time > f.start_s) & (time <= f.end_s))
+        for f in found
+        if f.start_s is not None and f.end_s is not None
+    ]
+    return np.concatenate(rows) if rows else np.empty(0, dtype=np.intp)
+
+
+def _leaps(values: Array, first: int, end: int) -> bool:
+    """Tell whether a speed drops to a held value and comes back in one row each."""
+    if first == 0 or end >= len(values):
+        return False
+    into = abs(values[first] - values[first - 1])
+    out = abs(values[end] - values[end - 1])
+    usual = float(np.quantile(np.abs(np.diff(sampled(values))), 0.99))
+    return bool(min(into, out) > 10 * usual)
+
+
+def clipped(time: Array, name: str, values: Array) -> list[Finding]:
+    """Return the finding of a sensor that ends at a wall: the same extreme, in rows."""
+    if name not in (*INERTIAL, "motor_current_a", "battery_current_a"):
+        return []
+    some = values[np.isfinite(values)]
+    if len(some) < 200 or not is_noisy(values):
+        return []
+    found = []
+    for side, wall in ((1, float(some.max())), (-1, float(some.min()))):
+        at = side * values >= side * wall
+        near = (side * values > side * wall - 0.05 * spread(values)) & ~at
+        count, around = int(at.sum()), int(near.sum())
+        starts, ends = runs(at)
+        long = int((ends - starts).max())
+        if wall != 0 and count >= 8 and long >= 4 and count > 0.5 * around:
+            limit = "current" in name
+            found.append(
+                Finding(
+                    "saturated",
+                    name,
+                    f"sits at {wall:.6g} in {count} rows, up to {long} on end, and "
+                    f"never goes {'above' if side > 0 else 'below'}: "
+                    + ("a limit" if limit else "the sensor's range ends there"),
+                    when(time, np.flatnonzero(at)),
+                    sure=0.85,
+                    action=USED_LIMIT if limit else "those rows are masked (NaN)",
+                    severity="info" if limit else "warning",
+                )
+            )
+    return found
+
+
+USED_LIMIT = "used as it is; a controller's limit explains it"
+
+
+def clipped_rows(values: Array, found: list[Finding]) -> NDArray[np.intp]:
+    """Return the rows at a sensor's wall, to be masked."""
+    if not any(f.severity == "warning" for f in found):
+        return np.empty(0, dtype=np.intp)
+    high, low = np.nanmax(values), np.nanmin(values)
+    walls = [high] * any("above" in f.what for f in found)
+    walls += [low] * any("below" in f.what for f in found)
+    return np.flatnonzero(np.isin(values, walls))
+
+
+def coarse(name: str, values: Array) -> list[Finding]:
+    """Return the finding of a channel whose resolution is coarser than its steps."""
+    if name in COMMANDS:
+        return []
+    some = sampled(values, 20_000)
+    some = some[np.isfinite(some)]
+    levels = np.unique(some)
+    if len(some) < 200 or len(levels) < 3 or len(levels) > len(some) / 10:
+        return []
+    gaps = np.diff(levels)
+    gaps = gaps[gaps > 1e-9 * max(abs(levels[0]), abs(levels[-1]))]
+    if not len(gaps):
+        return []
+    quantum = float(np.quantile(gaps, 0.1))
+    steps = np.abs(np.diff(some))
+    steps = steps[steps > 0]
+    if not len(steps) or float(np.median(steps)) > 3 * quantum:
+        return []
+    return [
+        Finding(
+            "quantised",
+            name,
+            f"has a resolution of {quantum:.3g}, {100 * quantum / np.ptp(levels):.2g} "
+            "% of its range: rows differ by one or two steps",
+            sure=0.9,
+            action="used as it is; the resolution counts as noise",
+        )
+    ]

@@ -1,0 +1,144 @@
+"""What the sensors read while the car stands, and commands that come late."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rcc_sim.analyse.logcheck.finding import (
+    COMMANDS,
+    Array,
+    Columns,
+    Finding,
+    Mask,
+    runs,
+    sampled,
+    spread,
+    when,
+)
+from rcc_sim.units import G
+
+FLOORS = {
+    "yaw_rate_radps": 0.002,
+    "accel_x_mps2": 0.02,
+    "accel_y_mps2": 0.02,
+    "motor_current_a": 0.1,
+}
+"""Bias below which nobody cares. [the channel's unit]"""
+
+REST = 0.4
+"""Standstill that is cut off at either end, while the car still settles. [s]"""
+
+STANDS_FOR = {
+    "yaw_rate_radps": "yaw_rate_bias",
+    "accel_x_mps2": "accelerometer_bias",
+    "accel_y_mps2": "accelerometer_bias",
+}
+
+
+def standing(time: Array, columns: Columns) -> Mask:
+    """Return the rows at which the car surely stands: still, and told to be."""
+    speed = columns.get("speed_mps")
+    if speed is None:
+        return np.zeros(len(time), dtype=bool)
+    top = float(np.nanmax(np.abs(sampled(speed)), initial=0.0))
+    still = np.abs(speed) <= max(0.005 * top, 0.003)
+    for name in ("speed_ref_mps", "throttle"):
+        if name in columns:
+            still &= columns[name] == 0
+    sure = np.zeros(len(time), dtype=bool)
+    step = float(np.median(np.diff(time)))
+    edge = max(2, round(REST / step))
+    starts, ends = runs(still)
+    long = ends - starts > 2 * edge + 3
+    for first, end in zip(starts[long], ends[long], strict=True):
+        begin = first if first == 0 else first + edge
+        sure[begin : end - edge] = True
+    return sure
+
+
+def biases(time: Array, columns: Columns) -> list[Finding]:
+    """Return what the sensors read at rest where zero is right."""
+    rest = standing(time, columns)
+    count = int(rest.sum())
+    if count < 5:
+        return []
+    found = []
+    for name, floor in FLOORS.items():
+        if name not in columns:
+            continue
+        seen = columns[name][rest]
+        if name == "accel_x_mps2" and "slope" in columns:
+            seen = seen - G * columns["slope"][rest]
+        seen = seen[np.isfinite(seen)]
+        if len(seen) < 5:
+            continue
+        bias, sd = float(np.median(seen)), float(np.std(seen))
+        doubt = 1.25 * sd / np.sqrt(len(seen))
+        if abs(bias) < max(floor, 4 * doubt):
+            continue
+        effect = STANDS_FOR.get(name)
+        slope = " (or the ground slopes)" if name.startswith("accel") else ""
+        found.append(
+            Finding(
+                "bias",
+                name,
+                f"reads {bias:.3g} ± {doubt:.1g} at rest{slope}",
+                when(time, np.flatnonzero(rest)),
+                sure=0.9,
+                action=f"used as it is; {effect} stands for it in diagnose"
+                if effect
+                else "used as it is",
+            )
+        )
+    return found
+
+
+def late_commands(time: Array, columns: Columns) -> list[Finding]:
+    """Return the commands that are empty or zero while the car already drives."""
+    found = []
+    speed = columns.get("speed_mps")
+    for name in COMMANDS:
+        if name not in columns or speed is None:
+            continue
+        values = columns[name]
+        given = np.flatnonzero(np.isfinite(values) & (values != 0))
+        if not len(given) or given[0] < 3:
+            continue
+        first = int(given[0])
+        top = float(np.nanmax(np.abs(sampled(speed)), initial=0.0))
+        before = speed[:first]
+        drives = np.abs(before) > 0.15 * top
+        drives &= _acts(name, columns, first)
+        lasts = float(drives.sum()) * float(np.median(np.diff(time)))
+        if lasts < 0.4:
+            continue
+        found.append(
+            Finding(
+                "late_command",
+                name,
+                f"starts at {time[first]:.5g} s; before, the car drives for "
+                f"{lasts:.3g} s without it",
+                f"{time[0]:.6g}–{time[first]:.6g} s",
+                sure=0.85,
+                action="used from there on; what is before it is not simulated",
+                severity="warning",
+                start_s=float(time[0]),
+                end_s=float(time[first]),
+            )
+        )
+    return found
+
+
+def _acts(name: str, columns: Columns, first: int) -> Mask:
+    """Tell at which of the first rows the car does what only a command explains."""
+    if name == "steer_cmd_rad":
+        if "yaw_rate_radps" not in columns:
+            return np.zeros(first, dtype=bool)
+        yaw = columns["yaw_rate_radps"]
+        return np.abs(yaw[:first]) > 0.3 * spread(yaw)
+    speed = columns["speed_mps"]
+    smooth = max(3, min(first // 4, 50))
+    rise = np.full(first, False)
+    if first > 2 * smooth:
+        rise[smooth:] = speed[smooth:first] >= speed[: first - smooth]
+    return rise
