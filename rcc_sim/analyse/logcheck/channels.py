@@ -29,20 +29,22 @@ BY_TURNING = ("yaw_rate_radps", "accel_y_mps2", "y_m", "yaw_rad")
 """What is zero in a drive straight on."""
 
 
+POSE = ("x_m", "y_m", "yaw_rad", "elevation_m")
+
+
 def dead(columns: Columns) -> list[Finding]:
     """Return the channels that hold one value all along, and what that means."""
     found = []
     fixed = {n: v for n, v in columns.items() if _is_constant(v)}
     empty = [n for n, v in columns.items() if not np.isfinite(v).any()]
-    for name in empty:
-        found.append(_dead(name, "has no value in any row"))
+    found += [_dead(name, "has no value in any row") for name in empty]
     moves = "speed_mps" not in fixed and "speed_mps" in columns
     turns = "steer_cmd_rad" in columns and "steer_cmd_rad" not in fixed
     real = any(is_noisy(columns[n]) for n in MEASURED if n in columns)
     for name, values in fixed.items():
-        value = float(values[np.isfinite(values)][0])
         if name in empty or name == "time_s":
             continue
+        value = float(values[np.isfinite(values)][0]) + 0.0  # no minus zero
         if name.startswith(("energy_", "battery_energy")) or name == "current_d_a":
             continue
         what = f"is {value:.6g} in every row"
@@ -78,7 +80,8 @@ def _dead(name: str, what: str) -> Finding:
 
 def zero_start(time: Array, columns: Columns) -> tuple[int, list[Finding]]:
     """Return how many first rows are all zero: written before the sensors spoke."""
-    names = [n for n in MEASURED if n in columns and is_noisy(columns[n])]
+    own = [n for n in MEASURED if n not in POSE]  # the pose is another system's
+    names = [n for n in own if n in columns and is_noisy(columns[n])]
     names = [n for n in names if np.mean(sampled(columns[n]) == 0) < 0.05]
     volts = columns.get("battery_voltage_v")
     if volts is not None and np.mean(sampled(volts) == 0) < 0.05:
@@ -108,12 +111,8 @@ def zero_start(time: Array, columns: Columns) -> tuple[int, list[Finding]]:
 
 def held(time: Array, name: str, values: Array) -> list[Finding]:
     """Return the finding of a channel that updates more slowly than the rows come."""
-    part = parts(len(values), 20_000)
-    gaps = [np.diff(np.flatnonzero(np.diff(values[p]) != 0)) for p in part]
-    every = np.concatenate(gaps)
-    if len(every) < 10:
-        return []
-    k = float(np.median(every))
+    every = _between_changes(values)
+    k = float(np.median(every)) if len(every) >= 10 else 1.0
     if k < 2:
         return []
     near = float(np.mean(np.abs(every - k) <= max(0.1 * k, k > 3)))
@@ -133,14 +132,21 @@ def held(time: Array, name: str, values: Array) -> list[Finding]:
     ]
 
 
-def stuck(
-    time: Array, name: str, values: Array, speed: Array | None
-) -> list[Finding]:
+def _between_changes(values: Array) -> NDArray[np.intp]:
+    """Return the numbers of rows from one change of a channel to the next."""
+    part = parts(len(values), 20_000)
+    return np.concatenate(
+        [np.diff(np.flatnonzero(np.diff(values[p]) != 0)) for p in part]
+    )
+
+
+def stuck(time: Array, name: str, values: Array, speed: Array | None) -> list[Finding]:
     """Return stretches in which a noisy channel holds one value while others live."""
     if name in COMMANDS or name not in MEASURED or speed is None:
         return []
-    if len(values) < 100 or not is_noisy(values):
+    if len(values) < 100:
         return []
+    noisy = is_noisy(values)
     starts, ends = runs(np.concatenate([[False], np.diff(values) == 0]))
     if not len(starts):
         return []
@@ -149,12 +155,17 @@ def stuck(
     step = float(np.median(np.diff(time)))
     changing = float(np.mean(sampled(np.diff(values)) != 0))
     need = max(10.0, 8 * usual, 0.3 / step)
+    if not noisy and changing < 0.98:
+        return []
     if changing < 0.999:
         need = max(need, 12.0 / -np.log10(max(1 - changing, 1e-12)))
     fast = 0.1 * float(np.nanmax(np.abs(sampled(speed)), initial=0.0))
     found = []
+    walls = (np.nanmin(values), np.nanmax(values))
     for k in np.flatnonzero(lengths > need):
         first, end = max(int(starts[k]) - 1, 0), int(ends[k])
+        if values[first] in walls or not (noisy or _resumes(values, first, end)):
+            continue
         if name == "speed_mps":
             lives = abs(values[first]) > fast or _leaps(values, first, end)
         else:
@@ -193,6 +204,14 @@ def stuck_rows(values: Array, found: list[Finding], time: Array) -> NDArray[np.i
     return np.concatenate(rows) if rows else np.empty(0, dtype=np.intp)
 
 
+def _resumes(values: Array, first: int, end: int) -> bool:
+    """Tell whether a smooth channel leaps on when it lives again."""
+    if end >= len(values):
+        return False
+    usual = float(np.median(np.abs(np.diff(sampled(values)))))
+    return bool(abs(values[end] - values[end - 1]) > 5 * usual)
+
+
 def _leaps(values: Array, first: int, end: int) -> bool:
     """Tell whether a speed drops to a held value and comes back in one row each."""
     if first == 0 or end >= len(values):
@@ -210,6 +229,8 @@ def clipped(time: Array, name: str, values: Array) -> list[Finding]:
     some = values[np.isfinite(values)]
     if len(some) < 200 or not is_noisy(values):
         return []
+    every = _between_changes(values)
+    k = float(np.median(every)) if len(every) else 1.0
     found = []
     for side, wall in ((1, float(some.max())), (-1, float(some.min()))):
         at = side * values >= side * wall
@@ -217,7 +238,7 @@ def clipped(time: Array, name: str, values: Array) -> list[Finding]:
         count, around = int(at.sum()), int(near.sum())
         starts, ends = runs(at)
         long = int((ends - starts).max())
-        if wall != 0 and count >= 8 and long >= 4 and count > 0.5 * around:
+        if wall != 0 and count >= 8 * k and long >= 4 * k and count > 0.5 * around:
             limit = "current" in name
             found.append(
                 Finding(

@@ -23,6 +23,7 @@ from rcc_sim.analyse.logcheck.finding import (
     Checked,
     Columns,
     Finding,
+    Mask,
 )
 from rcc_sim.analyse.logcheck.glitches import (
     backwards,
@@ -32,7 +33,7 @@ from rcc_sim.analyse.logcheck.glitches import (
 )
 from rcc_sim.analyse.logcheck.relations import means, relations
 from rcc_sim.analyse.logcheck.rest import biases, late_commands
-from rcc_sim.analyse.logcheck.timebase import missing, time_base
+from rcc_sim.analyse.logcheck.timebase import TimeBase, missing, time_base
 from rcc_sim.analyse.logcheck.units import blame, by_size, net_sign
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
@@ -68,6 +69,35 @@ def check_log(trace: Trace, vehicle: Vehicle | None = None) -> Checked:
     """
     _refuse(trace)
     base = time_base(trace)
+    checked = _checked(trace, vehicle, base)
+    time = next((f for f in checked.findings if _is_time(f)), None)
+    if time is not None and time.factor is not None:  # look again, at the right pace
+        checked = _checked(trace, vehicle, _repaced(base, time.factor))
+    return checked
+
+
+def _is_time(finding: Finding) -> bool:
+    return finding.kind == "unit" and finding.channel == "time_s"
+
+
+def _repaced(base: TimeBase, factor: float) -> TimeBase:
+    """Return a time base whose unit is another, as the motion says."""
+    whole = base.factor * factor
+    what = f"is not in seconds: the car's motion asks for a factor of {whole:g}"
+    found = Finding(
+        "time_unit",
+        "time_s",
+        what,
+        sure=0.95,
+        action=f"not mended; convert with --map, factor {whole:g}",
+        severity="error",
+        factor=whole,
+    )
+    rest = [f for f in base.findings if f.kind != "time_unit"]
+    return TimeBase(base.keep, [found, *rest], base.rate / factor, whole)
+
+
+def _checked(trace: Trace, vehicle: Vehicle | None, base: TimeBase) -> Checked:
     if base.keep.sum() < FEWEST:
         raise InputError(
             f"{trace.name}: time_s: {base.keep.sum()} usable rows of {len(trace)}",
@@ -103,7 +133,7 @@ def _refuse(trace: Trace) -> None:
         raise InputError(f"{trace.name}: {len(trace)} rows are no log")
 
 
-def _finite(trace: Trace, keep: Array, findings: list[Finding]) -> dict[str, Array]:
+def _finite(trace: Trace, keep: Mask, findings: list[Finding]) -> dict[str, Array]:
     """Return the kept rows, an infinity being no value."""
     out: dict[str, Array] = {}
     whole = bool(keep.all())
@@ -177,9 +207,11 @@ def _together(
         for name, values in columns.items()
         if name != "time_s" and not _still(values)
     }
-    findings = blame(relations(means(seconds, live), vehicle), _timed(live), vehicle)
+    known = relations(means(seconds, live), vehicle)
+    findings = blame(known, _timed(live), vehicle)
     wrong = [f.channel for f in findings if f.severity == "error"]
-    findings += by_size(live, wrong)
+    told = {name for r in known if np.isfinite(r.loose) for name in r.powers}
+    findings += by_size(live, [*wrong, *told])
     findings += net_sign(seconds, live, wrong)
     wrong = [f.channel for f in findings if f.severity == "error"]
     sound = {name: values for name, values in live.items() if name not in wrong}

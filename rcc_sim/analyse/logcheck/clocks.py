@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from rcc_sim.analyse.logcheck.finding import Array, Columns, Finding
@@ -32,15 +34,16 @@ def offsets(time: Array, columns: Columns) -> list[Finding]:
     if len(clock) < 100:
         return []
     c = {
-        name: _even(clock, time[part], values[part])
+        name: _even(clock, time[part], values[part], turns=name == "yaw_rad")
         for name, values in columns.items()
         if name in SEEN and np.isfinite(values[part]).mean() > 0.8
     }
     found = []
     if "speed_mps" not in c:
         return []
-    for name, other in _pairs(c, step).items():
-        lag = _lag(c[name] if name in c else other[0], other[1], step)
+    pairs = _pairs(c, step)
+    for name, other in pairs.items():
+        lag = _lag(other[0], other[1], step)
         if lag is None:
             continue
         seconds, corr = lag
@@ -63,11 +66,39 @@ def offsets(time: Array, columns: Columns) -> list[Finding]:
                 severity="warning" if grave else "info",
             )
         )
+    return _one_clock(found, c, step)
+
+
+def _one_clock(found: list[Finding], c: Columns, step: float) -> list[Finding]:
+    """Put the blame for a lateral acceleration out of step where it belongs.
+
+    It is compared with the yaw rate: where that is out of step with the heading, or
+    with the steering by as much the other way, the yaw rate's clock is the odd one.
+    """
+    lateral = next((f for f in found if f.channel == "accel_y_mps2"), None)
+    if lateral is None:
+        return found
+    rest = [f for f in found if f is not lateral]
+    if any(f.channel == "yaw_rate_radps" for f in rest):
+        return rest
+    if "steer_cmd_rad" in c:
+        steered = c["speed_mps"] * c["steer_cmd_rad"]
+        behind = _lag(c["yaw_rate_radps"], steered, step)
+        after = _lag(c["accel_y_mps2"], steered, step)
+        if behind is not None and (after is None or abs(behind[0]) > abs(after[0])):
+            what = f"comes {abs(behind[0]):.3g} s "
+            what += "after" if behind[0] > 0 else "before"
+            changed = replace(
+                lateral,
+                channel="yaw_rate_radps",
+                what=f"{what} speed times steering, which accel_y_mps2 keeps up with",
+            )
+            return [*rest, changed]
     return found
 
 
 SEEN = (
-    *("speed_mps", "yaw_rate_radps", "accel_x_mps2", "accel_y_mps2"),
+    *("steer_cmd_rad", "speed_mps", "yaw_rate_radps", "accel_x_mps2", "accel_y_mps2"),
     *("motor_speed_radps", "x_m", "y_m", "yaw_rad"),
 )
 
@@ -81,9 +112,10 @@ def _pairs(c: Columns, step: float) -> dict[str, tuple[Array, Array, str]]:
         turn = v * c["yaw_rate_radps"]
         out["accel_y_mps2"] = (c["accel_y_mps2"], turn, "speed times yaw rate")
     if "motor_speed_radps" in c:
-        out["motor_speed_radps"] = (c["motor_speed_radps"], v, "the speed")
+        spins = _slope(c["motor_speed_radps"], step)
+        out["motor_speed_radps"] = (spins, _slope(v, step), "the speed")
     if "yaw_rad" in c and "yaw_rate_radps" in c:
-        turn = _slope(np.unwrap(c["yaw_rad"]), step)
+        turn = _slope(c["yaw_rad"], step)
         out["yaw_rate_radps"] = (c["yaw_rate_radps"], turn, "the heading's change")
     return out
 
@@ -97,9 +129,10 @@ def _liveliest(speed: Array) -> slice:
     return slice(k * MOST, (k + 1) * MOST)
 
 
-def _even(clock: Array, time: Array, values: Array) -> Array:
+def _even(clock: Array, time: Array, values: Array, *, turns: bool) -> Array:
     there = np.isfinite(values)
-    return np.interp(clock, time[there], values[there])
+    seen = np.unwrap(values[there]) if turns else values[there]
+    return np.interp(clock, time[there], seen)
 
 
 def _slope(values: Array, step: float) -> Array:
@@ -129,6 +162,6 @@ def _lag(late: Array, early: Array, step: float) -> tuple[float, float] | None:
     k = int(np.argmax(size_of))
     peak, now = float(size_of[k]), float(size_of[reach])
     shift = k - reach
-    if peak < 0.6 or abs(shift) == reach or peak - now < 0.03 * (1 - peak) + 0.01:
+    if peak < 0.6 or abs(shift) == reach or peak - now < 0.1 * (1 - peak) + 0.002:
         return None
     return shift * step, peak

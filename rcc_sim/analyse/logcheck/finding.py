@@ -159,9 +159,23 @@ def spread(values: Array) -> float:
     return float(high - low)
 
 
+def counted(n: int) -> str:
+    """Return a number of rows in words."""
+    return f"{n} row{'' if n == 1 else 's'}"
+
+
 def when(time: Array, rows: NDArray[np.intp]) -> str:
     """Return when a set of rows is, in words."""
-    first, last = float(time[rows[0]]), float(time[rows[-1]])
+    first, last = time[rows[0]], time[rows[-1]]
     if len(rows) == 1:
-        return f"{first:.6g} s"
-    return f"{len(rows)} rows, {first:.6g}–{last:.6g} s"
+        return f"{at(time, first)} s"
+    return f"{counted(len(rows))}, {at(time, first)}–{at(time, last)} s"
+
+
+def at(time: Array, moment: float) -> str:
+    """Return a moment in words: of the log's clock, or after its start if that is 1970.
+
+    Seconds since 1970 have too many digits to compare by eye.
+    """
+    late = float(time[0]) > 1e6
+    return f"+{moment - time[0]:.6g}" if late else f"{float(moment):.6g}"

@@ -12,6 +12,8 @@ from rcc_sim.analyse.logcheck.finding import (
     Array,
     Columns,
     Finding,
+    at,
+    counted,
     is_noisy,
     sampled,
     spread,
@@ -56,13 +58,15 @@ def spikes(time: Array, name: str, values: Array) -> Rows:
     usual = float(np.quantile(some, 0.995))
     wide = spread(values)
     far = {**dict.fromkeys(KINEMATIC, 0.1), **dict.fromkeys(ELECTRICAL, 1.0)}
-    least = max(least, 6 * usual, far.get(name, 0.7) * wide, 1e-12)
+    least = max(least, 4 * usual, far.get(name, 0.7) * wide, 1e-12)
     rows = np.flatnonzero((off > least) & np.isfinite(values))
-    if name in ("speed_mps", "x_m", "y_m") and len(rows):
-        before = np.abs(x[rows] - x[np.maximum(rows - 2, 0)])
-        step = np.maximum(time[rows] - time[np.maximum(rows - 2, 0)], 1e-9)
-        rate = before / step
-        rows = rows[rate / step > HARDEST] if name == "speed_mps" else rows
+    if len(rows):
+        first, last = np.maximum(rows - 2, 0), np.minimum(rows + 2, len(x) - 1)
+        around = time[last] - time[first]
+        rows = rows[around < 3 * (last - first) * float(np.median(np.diff(time)))]
+    if name == "speed_mps" and len(rows):
+        step = time[np.minimum(rows + 1, len(x) - 1)] - time[np.maximum(rows - 1, 0)]
+        rows = rows[off[rows] / step > HARDEST / 2]
     if len(rows) > 0.02 * len(values):
         return np.empty(0, dtype=np.intp)  # that many are how the channel is
     return rows
@@ -73,15 +77,16 @@ def spike_findings(time: Array, name: str, values: Array, rows: Rows) -> list[Fi
     if not len(rows):
         return []
     worst = int(rows[np.argmax(np.abs(values[rows] - np.nanmedian(values)))])
-    what = f"{len(rows)} rows stand out alone, as {values[worst]:.5g} at "
+    verb = "stands" if len(rows) == 1 else "stand"
+    what = f"{counted(len(rows))} {verb} out alone, as {values[worst]:.5g} at "
     return [
         Finding(
             "glitch",
             name,
-            what + f"{time[worst]:.6g} s",
+            what + f"{at(time, time[worst])} s",
             when(time, rows),
             sure=0.9,
-            action=f"{len(rows)} rows masked (NaN)",
+            action=f"{counted(len(rows))} masked (NaN)",
             severity="warning",
             start_s=float(time[rows[0]]),
             end_s=float(time[rows[-1]]),
@@ -144,7 +149,9 @@ def backwards(time: Array, columns: Columns) -> list[Finding]:
     if lasts < 0.2:
         return []
     parts = np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1)
-    shown = ", ".join(f"{time[p[0]]:.4g}–{time[p[-1]]:.4g} s" for p in parts[:4])
+    shown = ", ".join(
+        f"{at(time, time[p[0]])}–{at(time, time[p[-1]])} s" for p in parts[:4]
+    )
     more = f" and {len(parts) - 4} more" if len(parts) > 4 else ""
     return [
         Finding(

@@ -10,11 +10,13 @@ from rcc_sim.analyse.logcheck.finding import (
     Columns,
     Finding,
     Mask,
+    at,
     runs,
     sampled,
     spread,
     when,
 )
+from rcc_sim.analyse.logcheck.glitches import median_of_five
 from rcc_sim.units import G
 
 FLOORS = {
@@ -116,9 +118,9 @@ def late_commands(time: Array, columns: Columns) -> list[Finding]:
             Finding(
                 "late_command",
                 name,
-                f"starts at {time[first]:.5g} s; before, the car drives for "
+                f"starts at {at(time, time[first])} s; before, the car drives for "
                 f"{lasts:.3g} s without it",
-                f"{time[0]:.6g}–{time[first]:.6g} s",
+                when(time, np.arange(first)),
                 sure=0.85,
                 action="used from there on; what is before it is not simulated",
                 severity="warning",
@@ -129,16 +131,31 @@ def late_commands(time: Array, columns: Columns) -> list[Finding]:
     return found
 
 
+def _lasting(mask: Mask, rows: int) -> Mask:
+    """Return a mask without its stretches shorter than so many rows."""
+    starts, ends = runs(mask)
+    out = mask.copy()
+    for first, end in zip(starts, ends, strict=True):
+        if end - first < rows:
+            out[first:end] = False
+    return out
+
+
 def _acts(name: str, columns: Columns, first: int) -> Mask:
     """Tell at which of the first rows the car does what only a command explains."""
     if name == "steer_cmd_rad":
         if "yaw_rate_radps" not in columns:
             return np.zeros(first, dtype=bool)
         yaw = columns["yaw_rate_radps"]
-        return np.abs(yaw[:first]) > 0.3 * spread(yaw)
+        smooth = median_of_five(np.nan_to_num(yaw[:first]))
+        turned = np.abs(smooth - np.median(smooth))
+        steer = columns[name]
+        if float(np.nanmax(np.abs(steer))) < 0.02 or spread(yaw) < 0.05:
+            return np.zeros(first, dtype=bool)
+        return _lasting(turned > 0.4 * spread(yaw), 5)
     speed = columns["speed_mps"]
-    smooth = max(3, min(first // 4, 50))
+    back = max(3, min(first // 4, 50))
     rise = np.full(first, False)
-    if first > 2 * smooth:
-        rise[smooth:] = speed[smooth:first] >= speed[: first - smooth]
+    if first > 2 * back:
+        rise[back:] = speed[back:first] >= speed[: first - back]
     return rise

@@ -8,7 +8,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.analyse.logcheck.finding import Array, Finding, Mask, runs, spread, when
+from rcc_sim.analyse.logcheck.finding import (
+    Array,
+    Finding,
+    Mask,
+    at,
+    runs,
+    spread,
+    when,
+)
 from rcc_sim.trace import Trace
 
 LONGEST_STEP = 3.0
@@ -77,6 +85,8 @@ def _order(time: Array) -> tuple[Mask, list[Finding]]:
     if len(same):
         keep[same] = False
         what = f"{len(same)} rows repeat the stamp of the row before"
+        if len(same) > LOST * len(time):
+            what += ": the stamps are too coarse"
         findings.append(_dropped("duplicate_stamps", what, time, same))
         rows = np.flatnonzero(keep)
     steps = np.diff(time[rows])
@@ -221,7 +231,7 @@ def _gaps(time: Array, keep: Mask, steps: Array, middle: float) -> list[Finding]
             "time_s",
             f"about {lost:.0f} rows ({100 * share:.2g} %) are lost in {len(holes)} "
             f"places; the longest gap is {steps[longest]:.4g} s",
-            f"{start:.6g}–{end:.6g} s (row {rows[longest] + 1})",
+            f"{at(time, start)}–{at(time, end)} s (row {rows[longest] + 1})",
             action="not filled; nothing is compared inside a gap",
             severity="warning" if grave else "info",
             start_s=start,
@@ -263,7 +273,7 @@ def missing(time: Array, name: str, values: Array) -> list[Finding]:
             name,
             f"{count} rows ({100 * count / n:.2g} %) are empty, at most {lasts:.3g} s "
             "on end",
-            f"{time[first]:.6g}–{time[end - 1]:.6g} s",
+            f"{at(time, time[first])}–{at(time, time[end - 1])} s",
             action="not filled; left out of the comparison",
             severity="warning" if grave else "info",
             start_s=float(time[first]),

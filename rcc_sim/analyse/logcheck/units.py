@@ -56,16 +56,12 @@ def mistakes(columns: Columns, vehicle: Vehicle | None) -> list[Mistake]:
     """Return what the channels of this log may be wrong by."""
     out = []
     for name, units in UNITS.items():
-        if name not in columns:
+        if name not in columns or _size(columns[name]) < LARGE.get(name, 0.0):
             continue
-        for factor, words in units:
-            out.append(Mistake(name, "unit", factor, words, 1.0))
-    if vehicle is not None and vehicle.motor.poles and "motor_speed_radps" in columns:
-        pairs = vehicle.motor.poles / 2
-        name = "motor_speed_radps"
-        out.append(Mistake(name, "unit", RPM * pairs, "ERPM (electrical rpm)", 1.0))
-        if pairs > 1:
-            out.append(Mistake(name, "unit", pairs, "electrical rad/s", 0.8))
+        for rank, (factor, words) in enumerate(units):
+            out.append(Mistake(name, "unit", factor, words, 1.0 - 0.2 * rank))
+    if vehicle is not None and "motor_speed_radps" in columns:
+        out += _electrical(vehicle.motor.poles)
     mean = float(np.nanmean(sampled(columns["speed_mps"]))) if _has(columns) else 1.0
     for rank, name in enumerate(SIGNED):
         if name not in columns or (name == "speed_mps" and mean > 0):
@@ -79,6 +75,33 @@ def mistakes(columns: Columns, vehicle: Vehicle | None) -> list[Mistake]:
             words = f"{m.words} and the other sign"
             out.append(Mistake(m.channel, "unit", -m.factor, words, 0.3))
     return out
+
+
+def _electrical(poles: int | None) -> list[Mistake]:
+    """Return a motor speed in electrical turns: of the poles, or of a likely number."""
+    name = "motor_speed_radps"
+    if poles is None:
+        pairs: tuple[int, ...] = tuple(range(2, 11))
+        words = "ERPM, if the motor has {} poles"
+    else:
+        pairs, words = (poles // 2,), "ERPM (electrical rpm; {} poles)"
+    out = [
+        Mistake(name, "unit", RPM * p, words.format(2 * p), 1.0 if poles else 0.7)
+        for p in pairs
+    ]
+    if poles is not None and poles > 2:
+        out.append(Mistake(name, "unit", poles / 2, "electrical rad/s", 0.8))
+    return out
+
+
+LARGE = {"battery_voltage_v": 1500.0, "battery_current_a": 1500.0}
+"""What a channel must reach before thousandths are believed. [V], [A]"""
+
+
+def _size(values: Array) -> float:
+    some = np.abs(sampled(values))
+    some = some[np.isfinite(some)]
+    return float(np.quantile(some, 0.999)) if len(some) else 0.0
 
 
 def _has(columns: Columns) -> bool:
@@ -108,7 +131,7 @@ def blame(
         mended, _, best = ranked[0] if ranked else (0.0, 0.0, None)
         if best is None or mended <= 0:
             return findings + [_odd(r) for r in broken[:3]]
-        ties = [m for score, _, m in ranked if score == mended and m.prior > 0.3]
+        ties = [m for score, _, m in ranked if mended - score < 0.1 and m.prior > 0.3]
         rivals = [m for m in ties if m.channel != best.channel]
         findings.append(_finding(best, found, factors, rivals, mended))
         factors[best.channel] = best.factor
@@ -137,11 +160,17 @@ def _mended(
         for r in found
     )
     tight = sum(
-        abs(np.log(abs(r.middle / _expected(r, trial)))) < 0.3
+        max(0.0, 1 - abs(np.log(abs(r.middle / _expected(r, trial)))) / 0.3)
         for r in broken
         if r.loose < inf and mistake.channel in r.powers
     )
-    return max(0.0, mended - spoilt + 0.1 * tight) if spoilt < mended else 0.0
+    if not mended:
+        return 0.0
+    return (
+        max(0.0, mended - spoilt + 0.1 * tight + 0.05 * mistake.prior)
+        if spoilt < mended
+        else 0.0
+    )
 
 
 def _finding(
@@ -159,10 +188,8 @@ def _finding(
         and r.allows(_expected(r, trial))
         and not r.allows(_expected(r, factors))
     ]
-    if mistake.kind == "sign":
-        what = "has the other sign"
-    else:
-        what = f"is in {mistake.words}"
+    verb = "has" if mistake.kind == "sign" else "is in"
+    what = f"{verb} {mistake.words}"
     seen = "; ".join(f"{r.what}: {_factor(r)}" for r in witness[:2])
     what += f" ({seen})"
     if rivals:
@@ -207,17 +234,18 @@ def by_size(columns: Columns, suspects: Sequence[str]) -> list[Finding]:
         "steer_cmd_rad": (1.3, DEG, "degrees: no wheel turns that far"),
         "yaw_rate_radps": (25.0, DEG, "deg/s"),
         "battery_voltage_v": (2000.0, 1000.0, "mV"),
+        "battery_current_a": (3000.0, 1000.0, "mA"),
+        "speed_mps": (75.0, 3.6, "km/h: 270 km/h is no drive cycle's"),
+        "motor_speed_radps": (7000.0, RPM, "rpm or ERPM: no motor turns that fast"),
         "accel_x_mps2": (150.0, 1000 / G, "mg"),
         "accel_y_mps2": (150.0, 1000 / G, "mg"),
-        "throttle": (1.05, 100.0, "percent"),
+        "throttle": (1.5, 100.0, "percent"),
         "slope": (1.0, 100.0, "percent"),
     }
     for name, (most, factor, words) in limits.items():
         if name not in columns or name in suspects:
             continue
-        some = np.abs(sampled(columns[name]))
-        some = some[np.isfinite(some)]
-        size = float(np.quantile(some, 0.98)) if len(some) else 0.0
+        size = _size(columns[name])
         if size > most:
             out.append(
                 Finding(
