@@ -14,6 +14,7 @@ from rcc_sim.analyse.logcheck.finding import (
     Array,
     Columns,
     Finding,
+    is_constant,
     is_noisy,
     parts,
     runs,
@@ -29,18 +30,24 @@ BY_TURNING = ("yaw_rate_radps", "accel_y_mps2", "y_m", "yaw_rad")
 """What is zero in a drive straight on."""
 
 
+SLOW = 0.3
+"""Rows so far apart turn about without any noise. [s]"""
+
 POSE = ("x_m", "y_m", "yaw_rad", "elevation_m")
 
 
 def dead(columns: Columns) -> list[Finding]:
     """Return the channels that hold one value all along, and what that means."""
     found = []
-    fixed = {n: v for n, v in columns.items() if _is_constant(v)}
+    fixed = {n: v for n, v in columns.items() if is_constant(v)}
     empty = [n for n, v in columns.items() if not np.isfinite(v).any()]
     found += [_dead(name, "has no value in any row") for name in empty]
     moves = "speed_mps" not in fixed and "speed_mps" in columns
     turns = "steer_cmd_rad" in columns and "steer_cmd_rad" not in fixed
-    real = any(is_noisy(columns[n]) for n in MEASURED if n in columns)
+    step = float(np.median(np.diff(columns["time_s"])))
+    real = step < SLOW and any(
+        is_noisy(columns[n]) for n in MEASURED if n in columns and n not in fixed
+    )
     for name, values in fixed.items():
         if name in empty or name == "time_s":
             continue
@@ -66,10 +73,6 @@ def dead(columns: Columns) -> list[Finding]:
         else:
             found.append(_dead(name, f"{what}: no sensor behind it, or it is stuck"))
     return found
-
-
-def _is_constant(values: Array) -> bool:
-    return bool(np.nanmin(values, initial=np.inf) == np.nanmax(values, initial=-np.inf))
 
 
 def _dead(name: str, what: str) -> Finding:

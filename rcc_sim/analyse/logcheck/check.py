@@ -24,6 +24,7 @@ from rcc_sim.analyse.logcheck.finding import (
     Columns,
     Finding,
     Mask,
+    is_constant,
 )
 from rcc_sim.analyse.logcheck.glitches import (
     backwards,
@@ -38,6 +39,9 @@ from rcc_sim.analyse.logcheck.units import blame, by_size, net_sign
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
 from rcc_sim.trace import Trace
+
+SURE = 5.0
+"""Looseness of a relation beyond which a channel's size still tells its unit."""
 
 FEWEST = 3
 """Rows below which a table is no log."""
@@ -111,6 +115,8 @@ def _checked(trace: Trace, vehicle: Vehicle | None, base: TimeBase) -> Checked:
     for finding in gone:
         if finding.kind == "dead":
             del columns[finding.channel]
+    if not any(np.isfinite(columns[n]).any() for n in columns if n != "time_s"):
+        raise InputError(f"{trace.name}: no channel holds a value")
     skip, found = zero_start(time, columns)
     findings += found
     columns = {name: values[skip:] for name, values in columns.items()}
@@ -162,7 +168,7 @@ def _each(time: Array, seconds: Array, columns: dict[str, Array]) -> list[Findin
     speed = columns.get("speed_mps")
     jumps = pose_jumps(seconds, _without_spikes(seconds, columns))
     for name, values in list(columns.items()):
-        if name == "time_s" or name.endswith("_j") or _still(values):
+        if name == "time_s" or name.endswith("_j") or is_constant(values):
             continue
         findings += missing(seconds, name, values)
         findings += held(seconds, name, values)
@@ -194,10 +200,6 @@ def _without_spikes(time: Array, columns: Columns) -> dict[str, Array]:
     return out
 
 
-def _still(values: Array) -> bool:
-    return bool(np.nanmin(values) == np.nanmax(values))
-
-
 def _together(
     columns: dict[str, Array], seconds: Array, vehicle: Vehicle | None
 ) -> list[Finding]:
@@ -205,12 +207,13 @@ def _together(
     live = {
         name: values
         for name, values in columns.items()
-        if name != "time_s" and not _still(values)
+        if name != "time_s" and not is_constant(values)
     }
+    clocks = offsets(seconds, live)
     known = relations(means(seconds, live), vehicle)
-    findings = blame(known, _timed(live), vehicle)
+    findings = _in_step(blame(known, _timed(live), vehicle), clocks) + clocks
     wrong = [f.channel for f in findings if f.severity == "error"]
-    told = {name for r in known if np.isfinite(r.loose) for name in r.powers}
+    told = {name for r in known if r.loose < SURE for name in r.powers}
     findings += by_size(live, [*wrong, *told])
     findings += net_sign(seconds, live, wrong)
     wrong = [f.channel for f in findings if f.severity == "error"]
@@ -219,11 +222,18 @@ def _together(
         biases,
         late_commands,
         backwards,
-        offsets,
     )
     for check in checks:
         findings += check(seconds, sound)
     return findings
+
+
+def _in_step(findings: list[Finding], clocks: list[Finding]) -> list[Finding]:
+    """Return the findings without signs that only seem wrong: half a wave too late."""
+    shifted = {finding.channel for finding in clocks}
+    if "yaw_rate_radps" in shifted:
+        shifted.add("accel_y_mps2")
+    return [f for f in findings if f.kind != "sign" or f.channel not in shifted]
 
 
 def _timed(columns: dict[str, Array]) -> dict[str, Array]:

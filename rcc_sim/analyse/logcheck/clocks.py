@@ -162,6 +162,6 @@ def _lag(late: Array, early: Array, step: float) -> tuple[float, float] | None:
     k = int(np.argmax(size_of))
     peak, now = float(size_of[k]), float(size_of[reach])
     shift = k - reach
-    if peak < 0.6 or abs(shift) == reach or peak - now < 0.1 * (1 - peak) + 0.002:
+    if corr[k] < 0.6 or abs(shift) == reach or peak - now < 0.1 * (1 - peak) + 0.002:
         return None
     return shift * step, peak

@@ -149,6 +149,14 @@ def is_noisy(values: Array) -> bool:
     return len(steps) > 20 and float(np.mean(steps[1:] * steps[:-1] < 0)) > 0.25
 
 
+def is_constant(values: Array) -> bool:
+    """Tell whether a channel holds one value, or none at all."""
+    there = values[np.isfinite(values)] if np.isnan(values[0]) else values
+    if not len(there):
+        return True
+    return bool(np.nanmin(there) == np.nanmax(there))
+
+
 def spread(values: Array) -> float:
     """Return the range that holds the middle 98 % of a channel."""
     some = sampled(values)

@@ -131,6 +131,26 @@ def late_commands(time: Array, columns: Columns) -> list[Finding]:
     return found
 
 
+def _turns(columns: Columns, first: int) -> Mask:
+    """Tell at which of the first rows the car turns as it otherwise does by command.
+
+    By curvature, less its median: a steering offset turns the car without command.
+    """
+    speed, steer = np.abs(columns["speed_mps"]), columns["steer_cmd_rad"]
+    moving = speed > 0.15 * float(np.nanmax(speed))
+    moving &= np.isfinite(columns["yaw_rate_radps"])
+    curve = columns["yaw_rate_radps"][moving] / speed[moving]
+    before = moving[:first]
+    count = int(before.sum())
+    if count < 5 or float(np.nanmax(np.abs(steer))) < 0.005:
+        return np.zeros(first, dtype=bool)
+    smooth = median_of_five(curve)
+    off = np.abs(smooth[:count] - np.median(smooth[:count])) > 0.4 * spread(smooth)
+    turned = np.zeros(first, dtype=bool)
+    turned[before] = off
+    return _lasting(turned, 5)
+
+
 def _lasting(mask: Mask, rows: int) -> Mask:
     """Return a mask without its stretches shorter than so many rows."""
     starts, ends = runs(mask)
@@ -146,13 +166,7 @@ def _acts(name: str, columns: Columns, first: int) -> Mask:
     if name == "steer_cmd_rad":
         if "yaw_rate_radps" not in columns:
             return np.zeros(first, dtype=bool)
-        yaw = columns["yaw_rate_radps"]
-        smooth = median_of_five(np.nan_to_num(yaw[:first]))
-        turned = np.abs(smooth - np.median(smooth))
-        steer = columns[name]
-        if float(np.nanmax(np.abs(steer))) < 0.02 or spread(yaw) < 0.05:
-            return np.zeros(first, dtype=bool)
-        return _lasting(turned > 0.4 * spread(yaw), 5)
+        return _turns(columns, first)
     speed = columns["speed_mps"]
     back = max(3, min(first // 4, 50))
     rise = np.full(first, False)
