@@ -83,6 +83,22 @@ def test_a_channel_that_freezes_while_the_car_drives_is_masked_there(drive, chan
     assert empty.sum() <= length
 
 
+def test_every_stretch_that_is_stuck_is_masked():
+    log = logged(*ROVER)
+    fast = np.flatnonzero(log["speed_mps"] > 0.5 * log["speed_mps"].max())
+    firsts = [int(fast[0]), int(fast[-1]) - 150]
+
+    def freeze(x):
+        for first, length in zip(firsts, (100, 150), strict=True):
+            x[first : first + length] = x[first]
+        return x
+
+    checked = check_log(with_fault(log, "accel_x_mps2", freeze))
+    (finding,) = found(checked, "stuck", "accel_x_mps2")
+    assert "2 times" in finding.what
+    assert np.isnan(checked.trace["accel_x_mps2"]).sum() == 99 + 149
+
+
 @each_drive
 @each_sensor
 def test_spikes_are_found_row_by_row(drive, channel):

@@ -143,71 +143,80 @@ def _between_changes(values: Array) -> NDArray[np.intp]:
     )
 
 
-def stuck(time: Array, name: str, values: Array, speed: Array | None) -> list[Finding]:
-    """Return stretches in which a noisy channel holds one value while others live."""
-    if name in COMMANDS or name not in MEASURED or speed is None:
-        return []
-    if len(values) < 100:
+def stuck(
+    time: Array, name: str, values: Array, speed: Array | None
+) -> list[tuple[int, int]]:
+    """Return stretches in which a channel holds one value while the car drives.
+
+    First row and one past the last. A command may hold, and so may a limit.
+    """
+    if name in COMMANDS or name not in MEASURED or speed is None or len(values) < 100:
         return []
     noisy = is_noisy(values)
     starts, ends = runs(np.concatenate([[False], np.diff(values) == 0]))
-    if not len(starts):
+    changing = float(np.mean(sampled(np.diff(values)) != 0))
+    if not len(starts) or not (noisy or changing > 0.98):
         return []
     lengths = ends - starts
-    usual = float(np.quantile(lengths, 0.98)) if len(lengths) > 20 else 1.0
-    step = float(np.median(np.diff(time)))
-    changing = float(np.mean(sampled(np.diff(values)) != 0))
-    need = max(10.0, 8 * usual, 0.3 / step)
-    if not noisy and changing < 0.98:
-        return []
-    if changing < 0.999:
-        need = max(need, 12.0 / -np.log10(max(1 - changing, 1e-12)))
+    need = _longest_chance(time, lengths, changing)
     fast = 0.1 * float(np.nanmax(np.abs(sampled(speed)), initial=0.0))
-    found = []
     walls = (np.nanmin(values), np.nanmax(values))
+    found = []
     for k in np.flatnonzero(lengths > need):
         first, end = max(int(starts[k]) - 1, 0), int(ends[k])
-        if values[first] in walls or not (noisy or _resumes(values, first, end)):
+        if values[first] in walls or not (noisy or _resumes(values, end)):
             continue
         if name == "speed_mps":
             lives = abs(values[first]) > fast or _leaps(values, first, end)
         else:
-            lives = float(np.median(np.abs(speed[first:end]))) > fast
-            lives = lives and float(np.ptp(speed[first:end])) > 0
+            part = speed[first:end]
+            lives = float(np.median(np.abs(part))) > fast and bool(np.ptp(part) > 0)
         if lives:
             found.append((first, end))
+    return found
+
+
+def _longest_chance(time: Array, lengths: NDArray[np.intp], changing: float) -> float:
+    """Return the most rows that a channel may hold a value without being stuck."""
+    usual = float(np.quantile(lengths, 0.98)) if len(lengths) > 20 else 1.0
+    need = max(10.0, 8 * usual, 0.3 / float(np.median(np.diff(time))))
+    if changing < 0.999:  # so many equal rows by chance: once in 1e12
+        need = max(need, 12.0 / -np.log10(max(1 - changing, 1e-12)))
+    return need
+
+
+def stuck_findings(
+    time: Array, name: str, values: Array, found: list[tuple[int, int]]
+) -> list[Finding]:
+    """Return the finding of a channel's stuck stretches."""
     if not found:
         return []
-    longest = max(found, key=lambda pair: pair[1] - pair[0])
-    lasts = float(time[longest[1] - 1] - time[longest[0]])
-    rows = sum(end - first for first, end in found)
+    first, end = max(found, key=lambda pair: pair[1] - pair[0])
+    lasts = float(time[end - 1] - time[first])
+    rows = sum(stop - start - 1 for start, stop in found)
+    times = f", the longest of {len(found)} times" if len(found) > 1 else ""
     return [
         Finding(
             "stuck",
             name,
-            f"holds {values[longest[0]]:.6g} for {lasts:.3g} s while the car drives"
-            + (f" ({len(found)} times, {rows} rows)" if len(found) > 1 else ""),
-            when(time, np.arange(*longest)),
+            f"holds {values[first]:.6g} for {lasts:.3g} s while the car drives{times}",
+            when(time, np.arange(first, end)),
             sure=0.9,
-            action="those rows are masked (NaN)",
+            action=f"{rows} rows masked (NaN)",
             severity="warning",
-            start_s=float(time[longest[0]]),
-            end_s=float(time[longest[1] - 1]),
+            start_s=float(time[first]),
+            end_s=float(time[end - 1]),
         )
     ]
 
 
-def stuck_rows(values: Array, found: list[Finding], time: Array) -> NDArray[np.intp]:
-    """Return the rows of a stuck stretch, to be masked."""
-    rows = [
-        np.flatnonzero((time > f.start_s) & (time <= f.end_s))
-        for f in found
-        if f.start_s is not None and f.end_s is not None
-    ]
+def stuck_rows(found: list[tuple[int, int]]) -> NDArray[np.intp]:
+    """Return the rows of stuck stretches that hold no reading of their own."""
+    rows = [np.arange(first + 1, end) for first, end in found]
     return np.concatenate(rows) if rows else np.empty(0, dtype=np.intp)
 
 
-def _resumes(values: Array, first: int, end: int) -> bool:
+def _resumes(values: Array, end: int) -> bool:
     """Tell whether a smooth channel leaps on when it lives again."""
     if end >= len(values):
         return False

@@ -13,6 +13,7 @@ from rcc_sim.analyse.logcheck.channels import (
     dead,
     held,
     stuck,
+    stuck_findings,
     stuck_rows,
     zero_start,
 )
@@ -42,6 +43,9 @@ from rcc_sim.trace import Trace
 
 SURE = 5.0
 """Looseness of a relation beyond which a channel's size still tells its unit."""
+
+LARGEST = 1e30
+"""Beyond this a reading is as good as infinite. [the column's unit]"""
 
 FEWEST = 3
 """Rows below which a table is no log."""
@@ -146,14 +150,14 @@ def _finite(trace: Trace, keep: Mask, findings: list[Finding]) -> dict[str, Arra
     for name, given in trace.columns.items():
         values = np.asarray(given, dtype=float)
         values = values if whole else values[keep]
-        wild = np.isinf(values)
+        wild = np.abs(values) > LARGEST if name != "time_s" else np.isinf(values)
         if wild.any():
             values = np.where(wild, np.nan, values)
             findings.append(
                 Finding(
                     "infinite",
                     name,
-                    f"{int(wild.sum())} rows are infinite",
+                    f"{int(wild.sum())} rows are infinite, or beyond any sensor",
                     action="masked (NaN)",
                     severity="warning",
                 )
@@ -178,11 +182,12 @@ def _each(time: Array, seconds: Array, columns: dict[str, Array]) -> list[Findin
         bad = np.concatenate(
             [
                 odd := spikes(seconds, name, values),
-                stuck_rows(values, frozen, seconds),
+                stuck_rows(frozen),
                 clipped_rows(values, walls),
             ]
         ).astype(int)
-        findings += frozen + walls + spike_findings(seconds, name, values, odd)
+        findings += stuck_findings(seconds, name, values, frozen) + walls
+        findings += spike_findings(seconds, name, values, odd)
         if len(bad):
             masked = values.copy()
             masked[bad] = np.nan

@@ -38,35 +38,29 @@ def offsets(time: Array, columns: Columns) -> list[Finding]:
         for name, values in columns.items()
         if name in SEEN and np.isfinite(values[part]).mean() > 0.8
     }
-    found = []
     if "speed_mps" not in c:
         return []
-    pairs = _pairs(c, step)
-    for name, other in pairs.items():
-        lag = _lag(other[0], other[1], step)
-        if lag is None:
-            continue
-        seconds, corr = lag
-        if abs(seconds) < max(2.5 * step, SLIP if name == "accel_y_mps2" else LEAST):
-            continue
-        grave = abs(seconds) > GRAVE
-        late = "after" if seconds > 0 else "before"
-        found.append(
-            Finding(
-                "clock_offset",
-                name,
-                f"comes {abs(seconds):.3g} s {late} {other[2]}",
-                sure=round(min(0.95, corr), 2),
-                action="not shifted; "
-                + (
-                    "its clock is another one: mend it with convert"
-                    if grave
-                    else "sensor_delay stands for it in diagnose"
-                ),
-                severity="warning" if grave else "info",
-            )
-        )
+    found = []
+    for name, (late, early, words) in _pairs(c, step).items():
+        lag = _lag(late, early, step)
+        least = max(2.5 * step, SLIP if name == "accel_y_mps2" else LEAST)
+        if lag is not None and abs(lag[0]) >= least:
+            found.append(_offset(name, words, lag[0], lag[1]))
     return _one_clock(found, c, step)
+
+
+def _offset(name: str, other: str, seconds: float, correlation: float) -> Finding:
+    grave = abs(seconds) > GRAVE
+    mend = "its clock is another one: mend it with convert"
+    mend = mend if grave else "sensor_delay stands for it in diagnose"
+    return Finding(
+        "clock_offset",
+        name,
+        f"comes {abs(seconds):.3g} s {'after' if seconds > 0 else 'before'} {other}",
+        sure=round(min(0.95, correlation), 2),
+        action=f"not shifted; {mend}",
+        severity="warning" if grave else "info",
+    )
 
 
 def _one_clock(found: list[Finding], c: Columns, step: float) -> list[Finding]:

@@ -166,20 +166,26 @@ def _motion(m: Means, vehicle: Vehicle | None) -> list[Relation | None]:
     out: list[Relation | None] = []
     if "speed_mps" not in c:
         return out
-    v = c["speed_mps"]
     if "accel_x_mps2" in c:
         a = c["accel_x_mps2"]
-        hill = G * c["slope"] if "slope" in c else 0.0
+        swing = float(np.nanmax(np.abs(a), initial=0.0))
+        hill = G * c["slope"] if "slope" in c and swing > 1.0 else 0.0  # not in g
         out.append(
             slope(
                 "acceleration against the change of speed",
                 {"accel_x_mps2": 1, "speed_mps": -1, "time_s": 1},
-                a - (hill if np.nanstd(a) > 0.5 else 0.0),
+                a - hill,
                 d["speed_mps"],
                 loose=1.6,
                 least=0.75,
             )
         )
+    return out + _follows(c, d)
+
+
+def _follows(c: Columns, d: Columns) -> list[Relation | None]:
+    out: list[Relation | None] = []
+    v = c["speed_mps"]
     if "speed_ref_mps" in c:
         out.append(
             slope(
@@ -354,8 +360,9 @@ def _watts(
     battery = vehicle.battery
     stated = battery.open_circuit_voltage_v or battery.nominal_voltage_v
     if stated is not None and "battery_voltage_v" in c:
-        ratio = float(np.nanmedian(c["battery_voltage_v"])) / stated.value
-        if ratio != 0 and np.isfinite(ratio):
+        volts = c["battery_voltage_v"][np.isfinite(c["battery_voltage_v"])]
+        ratio = float(np.median(volts)) / stated.value if len(volts) else 0.0
+        if ratio != 0:
             out.append(
                 Relation(
                     "battery voltage against the vehicle file's",
