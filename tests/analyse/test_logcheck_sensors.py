@@ -261,3 +261,21 @@ def test_ten_hours_at_100_hertz_take_seconds():
     checked = check_log(Trace(columns))
     assert time.process_time() - start < 6
     assert len(checked.trace) == 3_600_000
+
+
+def test_steering_that_is_logged_from_halfway_on_is_late():
+    log = logged(*ROVER)
+
+    def late(x):
+        x[: len(x) // 2] = 0.0
+        return x
+
+    checked = check_log(with_fault(log, "steer_cmd_rad", late))
+    assert found(checked, "late_command", "steer_cmd_rad")
+
+
+@each_drive
+@pytest.mark.parametrize("bias", [-0.4, 0.1, 0.4])
+def test_a_gyro_with_a_bias_does_not_make_the_steering_late(drive, bias):
+    log = with_fault(logged(*drive), "yaw_rate_radps", lambda x: x + bias)
+    assert not found(check_log(log), "late_command", "steer_cmd_rad")

@@ -134,18 +134,21 @@ def late_commands(time: Array, columns: Columns) -> list[Finding]:
 def _turns(columns: Columns, first: int) -> Mask:
     """Tell at which of the first rows the car turns as it otherwise does by command.
 
-    By curvature, less its median: a steering offset turns the car without command.
+    By yaw rate and by curvature, each less its median: neither a gyro's bias nor a
+    steering offset is a command.
     """
     speed, steer = np.abs(columns["speed_mps"]), columns["steer_cmd_rad"]
     moving = speed > 0.15 * float(np.nanmax(speed))
     moving &= np.isfinite(columns["yaw_rate_radps"])
-    curve = columns["yaw_rate_radps"][moving] / speed[moving]
     before = moving[:first]
     count = int(before.sum())
     if count < 5 or float(np.nanmax(np.abs(steer))) < 0.005:
         return np.zeros(first, dtype=bool)
-    smooth = median_of_five(curve)
-    off = np.abs(smooth[:count] - np.median(smooth[:count])) > 0.4 * spread(smooth)
+    yaw = columns["yaw_rate_radps"][moving]
+    off = np.ones(count, dtype=bool)
+    for motion in (median_of_five(yaw), median_of_five(yaw / speed[moving])):
+        usual = np.median(motion[:count])
+        off &= np.abs(motion[:count] - usual) > 0.4 * spread(motion)
     turned = np.zeros(first, dtype=bool)
     turned[before] = off
     return _lasting(turned, 5)
