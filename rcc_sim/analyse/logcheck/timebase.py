@@ -1,0 +1,282 @@
+"""The time base of a log: unit, order, gaps, jitter."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rcc_sim.analyse.logcheck.finding import (
+    Array,
+    Finding,
+    Mask,
+    at,
+    runs,
+    spread,
+    when,
+)
+from rcc_sim.trace import Trace
+
+LONGEST_STEP = 3.0
+"""Median step above which seconds are not believed. [s]"""
+
+SHORTEST_STEP = 2e-5
+"""Median step below which seconds are not believed. [s]"""
+
+EPOCH = (5e8, 5e9)  # s since 1970: 1985 to 2128
+
+LOST = 0.05
+"""Share of rows that may be lost before it is worth a warning."""
+
+
+class TimeBase(NamedTuple):
+    """What the time column holds."""
+
+    keep: Mask  # rows whose stamp can be used
+    findings: list[Finding]
+    rate: float  # rows per second, with the unit mended [Hz]
+    factor: float  # seconds in the column's unit
+
+
+def time_base(trace: Trace) -> TimeBase:
+    """Check the time column of a trace.
+
+    Returns
+    -------
+    TimeBase
+        Rows to keep (finite, strictly increasing), findings, and the median rate.
+    """
+    time = np.asarray(trace["time_s"], dtype=float)
+    keep, findings = _order(time)
+    steps = np.diff(time[keep])
+    if not len(steps):
+        return TimeBase(keep, findings, 0.0, 1.0)
+    middle = float(np.median(steps))
+    unit = [] if _is_slow(trace, middle) else _unit(middle)
+    findings += unit
+    factor = unit[0].factor if unit and unit[0].factor else 1.0
+    start = float(time[keep][0]) * factor
+    if EPOCH[0] < start < EPOCH[1]:
+        findings.append(
+            Finding(
+                "unix_time",
+                "time_s",
+                f"counts from 1970 (starts at {start:.0f} s)",
+                action="used as it is; only differences matter",
+            )
+        )
+    findings += _gaps(time, keep, steps, middle)
+    return TimeBase(keep, findings, 1.0 / (middle * factor), factor)
+
+
+def _order(time: Array) -> tuple[Mask, list[Finding]]:
+    """Return the rows to keep, and what was wrong with the others."""
+    findings = []
+    keep = np.isfinite(time)
+    if not keep.all():
+        rows = np.flatnonzero(~keep)
+        findings.append(
+            _dropped("missing_stamp", f"{len(rows)} rows have no time", time, rows)
+        )
+    rows = np.flatnonzero(keep)
+    same = rows[1:][np.diff(time[rows]) == 0]
+    if len(same):
+        keep[same] = False
+        what = f"{len(same)} rows repeat the stamp of the row before"
+        if len(same) > LOST * len(time):
+            what += ": the stamps are too coarse"
+        findings.append(_dropped("duplicate_stamps", what, time, same))
+        rows = np.flatnonzero(keep)
+    steps = np.diff(time[rows])
+    if (steps < 0).any():
+        back = int((steps < 0).sum())
+        rising = rows[_longest_rise(time[rows])]
+        out = np.setdiff1d(rows, rising, assume_unique=True)
+        keep[out] = False
+        far = float(-steps.min())
+        what = (
+            f"goes backwards {back} times, by up to {far:.4g} s; {len(out)} rows "
+            "do not fit an increasing time"
+        )
+        if 8.5e4 < far * _scale(steps) < 8.65e4:
+            what += " (a clock that wraps at midnight?)"
+        lost = len(out) > LOST * len(time)
+        found = _dropped("backwards", what, time, out)
+        findings.append(
+            Finding(
+                **{**found.__dict__, "severity": "error" if lost else "warning"},
+            )
+        )
+    return keep, findings
+
+
+def _is_slow(trace: Trace, step: float) -> bool:
+    """Tell whether a log of 3 to 9 "seconds" a row may be just that: it moves by rows.
+
+    At a hundred rows a second nothing with a mass changes much from row to row.
+    """
+    if not LONGEST_STEP < step < 9 or "speed_mps" not in trace:
+        return False
+    speed = trace["speed_mps"]
+    changes = np.abs(np.diff(speed[np.isfinite(speed)]))
+    return len(changes) > 20 and float(np.quantile(changes, 0.95)) > 0.1 * spread(speed)
+
+
+def _scale(steps: Array) -> float:
+    unit = _unit(float(np.median(np.abs(steps))))
+    return unit[0].factor if unit and unit[0].factor else 1.0
+
+
+def _dropped(kind: str, what: str, time: Array, rows: NDArray[np.intp]) -> Finding:
+    place = f"row {rows[0] + 1}" + (f" to {rows[-1] + 1}" if len(rows) > 1 else "")
+    return Finding(
+        kind,
+        "time_s",
+        what,
+        place,
+        action=f"{len(rows)} rows left out",
+        severity="warning",
+    )
+
+
+def _longest_rise(values: Array) -> NDArray[np.intp]:
+    """Return the rows of a longest strictly increasing subsequence (patience sort)."""
+    tops: list[float] = []
+    top_rows: list[int] = []
+    before = np.empty(len(values), dtype=np.intp)
+    for row, value in enumerate(values.tolist()):
+        if not tops or value > tops[-1]:
+            k = len(tops)
+            tops.append(value)
+            top_rows.append(row)
+        else:
+            k = bisect_left(tops, value)
+            tops[k] = value
+            top_rows[k] = row
+        before[row] = top_rows[k - 1] if k else -1
+    chain = np.empty(len(tops), dtype=np.intp)
+    row = top_rows[-1]
+    for k in range(len(tops) - 1, -1, -1):
+        chain[k] = row
+        row = int(before[row])
+    return chain
+
+
+def _unit(step: float) -> list[Finding]:
+    """Return the finding of a time column that is not in seconds, by the step's size.
+
+    Between 1/3 Hz and 50 kHz, steps of seconds, ms, µs and ns do not overlap much:
+    a log slower than 1/3 Hz is the rarer thing.
+    """
+    if SHORTEST_STEP <= step <= LONGEST_STEP:
+        return []
+    if step < SHORTEST_STEP:
+        return [
+            Finding(
+                "time_unit",
+                "time_s",
+                f"steps of {step:.3g} s are {1 / step:.3g} rows a second: not seconds?",
+                sure=0.6,
+                action="used as it is; if wrong, convert with a factor (--map)",
+                severity="warning",
+            )
+        ]
+    names = ((2e3, "ms", 1e-3), (2e6, "µs", 1e-6), (np.inf, "ns", 1e-9))
+    unit, factor = next((u, f) for most, u, f in names if step <= most)
+    return [
+        Finding(
+            "time_unit",
+            "time_s",
+            f"steps of {step:.4g} are not seconds; {unit} would be "
+            f"{1 / (step * factor):.4g} rows a second",
+            sure=0.7 if step < 9 else 0.95,
+            action=f"not mended; convert with --map, factor {factor:g}",
+            severity="error",
+            factor=factor,
+        )
+    ]
+
+
+def _gaps(time: Array, keep: Mask, steps: Array, middle: float) -> list[Finding]:
+    """Return what is lost between rows, and how evenly they come."""
+    findings = []
+    some = steps[:: max(1, len(steps) // 200_000)]
+    low, high = np.quantile(some, [0.1, 0.9])
+    jitter = float(high - low) / middle
+    if jitter > 0.05:
+        findings.append(
+            Finding(
+                "jitter",
+                "time_s",
+                f"rows come unevenly: {low:.4g} to {high:.4g} s apart (8 of 10)",
+                action="used at their own stamps",
+                severity="warning" if jitter > 3 else "info",
+            )
+        )
+    wide = 1.6 * middle if jitter < 0.3 else 3 * float(high)
+    holes = np.flatnonzero(steps > wide)
+    if not len(holes):
+        return findings
+    lost = float((steps[holes] / middle - 1).sum())
+    longest = int(holes[np.argmax(steps[holes])])
+    rows = np.flatnonzero(keep)
+    share = lost / (lost + len(steps))
+    grave = share > LOST or steps[longest] > 25 * middle
+    start, end = float(time[rows[longest]]), float(time[rows[longest + 1]])
+    findings.append(
+        Finding(
+            "gap" if steps[longest] > 3.5 * middle else "lost_rows",
+            "time_s",
+            f"about {lost:.0f} rows ({100 * share:.2g} %) are lost in {len(holes)} "
+            f"places; the longest gap is {steps[longest]:.4g} s",
+            f"{at(time, start)}–{at(time, end)} s (row {rows[longest] + 1})",
+            action="not filled; nothing is compared inside a gap",
+            severity="warning" if grave else "info",
+            start_s=start,
+            end_s=end,
+        )
+    )
+    return findings
+
+
+def missing(time: Array, name: str, values: Array) -> list[Finding]:
+    """Return the finding of a channel's empty rows."""
+    empty = np.isnan(values)
+    count = int(empty.sum())
+    if not count:
+        return []
+    n = len(values)
+    starts, ends = runs(empty)
+    filled = np.flatnonzero(~empty)
+    every = np.diff(filled)
+    if len(every) > 10 and count > 0.3 * n:
+        k = float(np.median(every))
+        if k >= 2 and float(np.mean(every <= 2 * k)) > 0.95:
+            return [
+                Finding(
+                    "sparse",
+                    name,
+                    f"has a value on every {k:.0f}. row only (a slower channel)",
+                    when(time, filled),
+                    action="used where it has one",
+                )
+            ]
+    longest = int(np.argmax(ends - starts))
+    first, end = int(starts[longest]), int(ends[longest])
+    lasts = float(time[min(end, n - 1)] - time[first])
+    grave = count > 0.02 * n or (end - first > 20 and lasts > 1.0)
+    return [
+        Finding(
+            "missing",
+            name,
+            f"{count} rows ({100 * count / n:.2g} %) are empty, at most {lasts:.3g} s "
+            "on end",
+            f"{at(time, time[first])}–{at(time, time[end - 1])} s",
+            action="not filled; left out of the comparison",
+            severity="warning" if grave else "info",
+            start_s=float(time[first]),
+            end_s=float(time[end - 1]),
+        )
+    ]

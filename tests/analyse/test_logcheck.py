@@ -1,0 +1,227 @@
+"""The log check finds what was put in, names the channel, and is silent otherwise."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from drives import CAR, ROVER, SEDAN, SOUND, TRUCK, driven, logged, with_fault
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rcc_sim.analyse.logcheck import check_log
+from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.errors import InputError
+from rcc_sim.trace import Trace
+
+FEW = [CAR, ROVER, TRUCK, SEDAN]
+G = 9.80665
+
+
+def grave(checked):
+    return [f for f in checked.findings if f.severity != "info"]
+
+
+def found(checked, kind, channel):
+    return [f for f in checked.findings if (f.kind, f.channel) == (kind, channel)]
+
+
+# Sound logs
+
+
+@pytest.mark.parametrize("drive", SOUND, ids=lambda d: f"{d[0]}-{d[1]}-{d[2]}")
+@pytest.mark.parametrize("noise", [0.0, 1.0, 3.0])
+@pytest.mark.parametrize("judged", [True, False], ids=["vehicle", "alone"])
+def test_a_sound_log_earns_nothing_above_a_note(drive, noise, judged):
+    vehicle = load_vehicle(drive[0]) if judged else None
+    checked = check_log(logged(*drive, noise=noise), vehicle)
+    assert not grave(checked)
+    assert checked.rate == pytest.approx(drive[2], rel=0.01)
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    drive=st.sampled_from(FEW),
+    seed=st.integers(0, 10_000),
+    noise=st.floats(0.3, 4.0),
+    start=st.floats(-1e3, 1e9),
+)
+def test_neither_noise_nor_the_hour_makes_a_sound_log_unsound(
+    drive, seed, noise, start
+):
+    log = logged(*drive, seed=seed, noise=noise)
+    log = with_fault(log, "time_s", lambda t: t + start)
+    assert not grave(check_log(log, load_vehicle(drive[0])))
+
+
+@pytest.mark.parametrize("vehicle", ["r1t_epa", "bmw_i3"])
+def test_a_model_without_noise_at_a_row_a_second_is_no_fault(vehicle):
+    trace = driven(vehicle, "udds", None, None, True)
+    assert not grave(check_log(trace, load_vehicle(vehicle)))
+
+
+def test_a_sound_log_passes_through_untouched():
+    log = logged(*CAR)
+    checked = check_log(log)
+    assert list(checked.trace.columns) == list(log.columns)
+    for name, values in log.columns.items():
+        assert np.array_equal(checked.trace[name], values)
+
+
+# Units and signs
+
+UNITS = [
+    ("speed_mps", 3.6),
+    ("speed_mps", 2.2369),
+    ("speed_ref_mps", 3.6),
+    ("steer_cmd_rad", 57.29578),
+    ("yaw_rate_radps", 57.29578),
+    ("yaw_rad", 57.29578),
+    ("accel_x_mps2", 1 / G),
+    ("accel_y_mps2", 1 / G),
+    ("accel_x_mps2", 1000 / G),
+    ("motor_speed_radps", 30 / np.pi),
+    ("battery_voltage_v", 1000.0),
+    ("battery_current_a", 1000.0),
+    ("battery_power_w", 0.001),
+    ("x_m", 1000.0),
+]
+SIGNS = [
+    *("battery_current_a", "battery_power_w", "accel_x_mps2", "accel_y_mps2"),
+    *("steer_cmd_rad", "yaw_rate_radps", "motor_speed_radps", "motor_current_a"),
+    *("motor_torque_nm", "yaw_rad"),
+]
+
+
+@pytest.mark.parametrize("drive", FEW, ids=lambda d: d[0])
+@pytest.mark.parametrize(("channel", "factor"), UNITS)
+def test_a_wrong_unit_is_found_with_its_mend_and_no_other_is(drive, channel, factor):
+    log = logged(*drive)
+    if channel not in log:
+        pytest.skip(f"{drive[0]} logs no {channel}")
+    checked = check_log(
+        with_fault(log, channel, lambda x: x * factor), load_vehicle(drive[0])
+    )
+    (finding,) = found(checked, "unit", channel)
+    assert finding.factor == pytest.approx(1 / factor, rel=1e-3)
+    assert grave(checked) == [finding]
+    assert checked.unusable == (channel,)
+
+
+@pytest.mark.parametrize("drive", FEW, ids=lambda d: d[0])
+@pytest.mark.parametrize("channel", SIGNS)
+@pytest.mark.parametrize("judged", [True, False], ids=["vehicle", "alone"])
+def test_a_wrong_sign_is_found_and_no_other_is(drive, channel, judged):
+    log = logged(*drive)
+    if channel not in log:
+        pytest.skip(f"{drive[0]} logs no {channel}")
+    vehicle = load_vehicle(drive[0]) if judged else None
+    checked = check_log(with_fault(log, channel, lambda x: -x), vehicle)
+    (finding,) = found(checked, "sign", channel)
+    assert finding.factor == -1
+    assert grave(checked) == [finding]
+
+
+def test_electrical_turns_are_told_from_mechanical_ones_by_the_poles():
+    car = load_vehicle("rcc")
+    pairs = car.motor.poles / 2
+    erpm = with_fault(
+        logged(*CAR), "motor_speed_radps", lambda x: x * pairs * 30 / np.pi
+    )
+    (finding,) = found(check_log(erpm, car), "unit", "motor_speed_radps")
+    assert "ERPM" in finding.what
+    assert 1 / finding.factor == pytest.approx(pairs * 30 / np.pi)
+
+
+def test_two_wrong_channels_are_both_found():
+    log = with_fault(logged(*TRUCK), "battery_current_a", lambda x: -x)
+    log = with_fault(log, "accel_x_mps2", lambda x: x / G)
+    assert set(check_log(log).unusable) == {"battery_current_a", "accel_x_mps2"}
+
+
+def test_nothing_is_mended_in_silence():
+    log = with_fault(logged(*CAR), "accel_x_mps2", lambda x: -x)
+    assert np.array_equal(check_log(log).trace["accel_x_mps2"], log["accel_x_mps2"])
+
+
+# The time base
+
+
+@pytest.mark.parametrize("drive", FEW, ids=lambda d: d[0])
+@pytest.mark.parametrize("factor", [1e3, 1e6, 1e9])
+def test_time_that_is_not_in_seconds_is_found(drive, factor):
+    checked = check_log(with_fault(logged(*drive), "time_s", lambda t: t * factor))
+    (finding,) = found(checked, "time_unit", "time_s")
+    assert finding.severity == "error"
+    assert finding.factor == pytest.approx(1 / factor)
+    assert checked.rate == pytest.approx(drive[2], rel=0.01)
+
+
+def test_milliseconds_at_a_thousand_rows_a_second_are_seen_by_the_motion():
+    log = with_fault(logged(*SOUND[1]), "time_s", lambda t: t * 1e3)
+    (finding,) = found(check_log(log), "time_unit", "time_s")
+    assert finding.factor == pytest.approx(1e-3)
+
+
+def test_rows_that_go_back_in_time_are_left_out_and_no_others():
+    def back(t):
+        t[500:503] -= 0.5
+        return t
+
+    log = with_fault(logged(*CAR), "time_s", back)
+    checked = check_log(log)
+    (finding,) = found(checked, "backwards", "time_s")
+    assert finding.severity == "warning"
+    good = np.delete(log["time_s"], np.s_[500:503])
+    assert np.array_equal(checked.trace["time_s"], good)
+
+
+def test_one_stamp_that_leaps_ahead_costs_one_row():
+    def leap(t):
+        t[700] += 1e4
+        return t
+
+    checked = check_log(with_fault(logged(*CAR), "time_s", leap))
+    assert len(checked.trace) == len(logged(*CAR)) - 1
+
+
+def test_a_clock_that_wraps_at_midnight_is_called_that():
+    log = with_fault(logged(*SEDAN), "time_s", lambda t: (t + 86_000) % 86_400)
+    (finding,) = found(check_log(log), "backwards", "time_s")
+    assert "midnight" in finding.what
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.lists(st.floats(allow_infinity=False, width=32), min_size=20, max_size=200))
+def test_whatever_the_stamps_the_rows_kept_increase(stamps):
+    stamps = np.array(stamps)
+    log = Trace({"time_s": stamps, "speed_mps": np.sin(np.arange(len(stamps)))})
+    try:
+        kept = check_log(log).trace["time_s"]
+    except InputError:
+        assert len(np.unique(stamps[np.isfinite(stamps)])) < len(stamps)
+        return
+    assert np.all(np.diff(kept) > 0)
+
+
+def test_repeated_stamps_and_missing_ones_are_counted():
+    def spoil(t):
+        t[100] = t[99]
+        t[200:205] = np.nan
+        return t
+
+    log = with_fault(logged(*CAR), "time_s", spoil)
+    checked = check_log(log)
+    assert "1 rows" in found(checked, "duplicate_stamps", "time_s")[0].what
+    assert "5 rows" in found(checked, "missing_stamp", "time_s")[0].what
+    assert len(checked.trace) == len(log) - 6
+
+
+def test_a_gap_is_given_with_its_place_and_length():
+    log = logged(*CAR)
+    t = log["time_s"]
+    keep = (t < 20) | (t > 22)
+    checked = check_log(Trace({n: v[keep] for n, v in log.columns.items()}))
+    (finding,) = found(checked, "gap", "time_s")
+    assert finding.severity == "warning"
+    assert finding.start_s == pytest.approx(20, abs=0.02)
+    assert finding.end_s == pytest.approx(22, abs=0.02)

@@ -1,0 +1,281 @@
+"""Sensors that are dead, held, stuck, clipped, coarse, late, biased, or jump."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+from drives import CAR, ROVER, TRUCK, driven, logged, with_fault
+
+from rcc_sim.analyse.logcheck import check_log
+from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.errors import InputError
+from rcc_sim.trace import Trace
+
+SENSORS = [
+    *("speed_mps", "yaw_rate_radps", "accel_x_mps2", "accel_y_mps2"),
+    *("battery_voltage_v", "battery_current_a", "battery_power_w"),
+]
+FEW = [CAR, ROVER, TRUCK]
+each_drive = pytest.mark.parametrize("drive", FEW, ids=lambda d: d[0])
+each_sensor = pytest.mark.parametrize("channel", SENSORS)
+
+
+def found(checked, kind, channel):
+    return [f for f in checked.findings if (f.kind, f.channel) == (kind, channel)]
+
+
+def grave(checked):
+    return {(f.kind, f.channel) for f in checked.findings if f.severity != "info"}
+
+
+@each_drive
+@pytest.mark.parametrize("channel", SENSORS[1:])
+@pytest.mark.parametrize("value", [0.0, np.nan])
+def test_a_dead_channel_is_removed_and_said_so(drive, channel, value):
+    checked = check_log(with_fault(logged(*drive), channel, lambda x: x * 0 + value))
+    (finding,) = found(checked, "dead", channel)
+    assert finding.severity == "error"
+    assert channel not in checked.trace
+    assert grave(checked) == {("dead", channel)}
+
+
+def test_a_car_that_drove_straight_in_a_model_has_no_dead_sensor():
+    trace = driven("rcc", "hwfet[0:200]", 50, None)
+    assert not np.any(trace["yaw_rate_radps"])
+    checked = check_log(trace)
+    assert not checked.unusable
+    assert found(checked, "constant", "yaw_rate_radps")
+
+
+@each_drive
+@each_sensor
+def test_a_channel_that_updates_every_fifth_row_is_known_as_slow(drive, channel):
+    log = logged(*drive)
+    slow = np.arange(len(log)) // 5 * 5
+    checked = check_log(with_fault(log, channel, lambda x: x[slow]))
+    (finding,) = found(checked, "slow_channel", channel)
+    assert "every 5 rows" in finding.what
+    assert finding.severity == "info"
+
+
+@each_drive
+@pytest.mark.parametrize(
+    "channel", ["speed_mps", "yaw_rate_radps", "accel_x_mps2", "accel_y_mps2"]
+)
+def test_a_channel_that_freezes_while_the_car_drives_is_masked_there(drive, channel):
+    log = logged(*drive)
+    t, v = log["time_s"], log["speed_mps"]
+    length = max(30, round(2 / np.median(np.diff(t))))
+    fast = np.convolve(v > 0.3 * v.max(), np.ones(length), "valid")
+    first = int(np.argmax(fast))
+
+    def freeze(x):
+        x[first : first + length] = x[first]
+        return x
+
+    checked = check_log(with_fault(log, channel, freeze))
+    (finding,) = found(checked, "stuck", channel)
+    assert finding.start_s == pytest.approx(t[first], abs=0.11)
+    empty = np.isnan(checked.trace[channel])
+    assert empty[first + 1 : first + length].all()
+    assert empty.sum() <= length
+
+
+def test_every_stretch_that_is_stuck_is_masked():
+    log = logged(*ROVER)
+    fast = np.flatnonzero(log["speed_mps"] > 0.5 * log["speed_mps"].max())
+    firsts = [int(fast[0]), int(fast[-1]) - 150]
+
+    def freeze(x):
+        for first, length in zip(firsts, (100, 150), strict=True):
+            x[first : first + length] = x[first]
+        return x
+
+    checked = check_log(with_fault(log, "accel_x_mps2", freeze))
+    (finding,) = found(checked, "stuck", "accel_x_mps2")
+    assert "2 times" in finding.what
+    assert np.isnan(checked.trace["accel_x_mps2"]).sum() == 99 + 149
+
+
+@each_drive
+@each_sensor
+def test_spikes_are_found_row_by_row(drive, channel):
+    log = logged(*drive)
+    rows = np.linspace(50, len(log) - 50, 8).astype(int)
+
+    def spoil(x):
+        x[rows] += 6 * np.ptp(x)
+        return x
+
+    checked = check_log(with_fault(log, channel, spoil))
+    assert found(checked, "glitch", channel)
+    assert np.array_equal(np.flatnonzero(np.isnan(checked.trace[channel])), rows)
+
+
+@each_drive
+@pytest.mark.parametrize("channel", ["yaw_rate_radps", "accel_x_mps2", "accel_y_mps2"])
+def test_a_sensor_at_the_end_of_its_range_is_found(drive, channel):
+    log = logged(*drive)
+    wall = float(np.quantile(np.abs(log[channel]), 0.93))
+    checked = check_log(with_fault(log, channel, lambda x: np.clip(x, -wall, wall)))
+    assert grave(checked) == {("saturated", channel)}
+
+
+@each_drive
+@pytest.mark.parametrize("seconds", [-3.0, -1.2, 1.2, 3.0])
+@pytest.mark.parametrize(
+    "channel", ["accel_x_mps2", "accel_y_mps2", "yaw_rate_radps", "motor_speed_radps"]
+)
+def test_a_clock_of_its_own_is_found_and_measured(drive, channel, seconds):
+    log = logged(*drive)
+    t = log["time_s"]
+    rng = np.random.default_rng(1)
+    noise = 1e-9 * rng.standard_normal(len(t))  # the ends of the shift would be held
+    checked = check_log(
+        with_fault(log, channel, lambda x: np.interp(t - seconds, t, x) + noise)
+    )
+    (finding,) = found(checked, "clock_offset", channel)
+    assert finding.severity == "warning"
+    side = "after" if seconds > 0 else "before"
+    assert side in finding.what
+    said = float(finding.what.split()[1])
+    slip = 0.35 if channel == "accel_y_mps2" else 0.15  # sideslip has a lag of its own
+    assert said == pytest.approx(abs(seconds), abs=slip)
+
+
+@pytest.mark.parametrize("bias", [-0.5, -0.3, 0.25])
+@pytest.mark.parametrize("channel", ["accel_x_mps2", "accel_y_mps2", "yaw_rate_radps"])
+def test_a_bias_is_read_off_where_the_car_stands(channel, bias):
+    checked = check_log(with_fault(logged(*CAR), channel, lambda x: x + bias))
+    (finding,) = found(checked, "bias", channel)
+    assert finding.severity == "info"
+    said, doubt = (float(word) for word in finding.what.split()[1:4:2])
+    assert said == pytest.approx(bias, abs=max(5 * doubt, 0.01))
+
+
+def test_first_rows_of_zeros_are_left_out():
+    log = logged(*CAR)
+    columns = {n: v.copy() for n, v in log.columns.items()}
+    for name in columns.keys() - {"time_s"}:
+        columns[name][:15] = 0.0
+    checked = check_log(Trace(columns))
+    assert checked.trace["time_s"][0] == log["time_s"][15]
+    assert {kind for kind, _ in grave(checked)} == {"zero_start"}
+
+
+@each_drive
+def test_a_command_that_starts_while_the_car_drives_is_late(drive):
+    log = logged(*drive)
+    speed = log["speed_mps"]
+    first = int(np.argmax(speed > 0.8 * speed.max()))
+
+    def late(x):
+        x[:first] = 0.0
+        return x
+
+    checked = check_log(with_fault(log, "speed_ref_mps", late))
+    (finding,) = found(checked, "late_command", "speed_ref_mps")
+    assert finding.end_s == pytest.approx(log["time_s"][first])
+
+
+def test_reversing_is_reported_by_window():
+    time_s = np.arange(0, 60, 0.05)
+    speed = np.clip(np.sin(time_s / 3), -0.4, 1) + np.random.default_rng(0).normal(
+        0, 0.005, len(time_s)
+    )
+    checked = check_log(Trace({"time_s": time_s, "speed_mps": speed}))
+    (finding,) = found(checked, "reversing", "speed_mps")
+    turns = [3 * np.pi * k for k in range(1, 7)]
+    assert finding.start_s == pytest.approx(turns[0], abs=0.3)
+    assert finding.where.count("–") == 3
+
+
+def test_a_place_that_jumps_for_good_is_reported():
+    def jump(x):
+        x[len(x) // 2 :] += 40.0
+        return x
+
+    log = logged(*CAR)
+    checked = check_log(with_fault(log, "x_m", jump))
+    (finding,) = found(checked, "pose_jump", "x_m")
+    assert finding.start_s == pytest.approx(log["time_s"][len(log) // 2])
+
+
+def test_missing_values_stay_missing_and_are_reported():
+    def lose(x):
+        x[300:700] = np.nan
+        return x
+
+    checked = check_log(with_fault(logged(*CAR), "accel_x_mps2", lose))
+    (finding,) = found(checked, "missing", "accel_x_mps2")
+    assert finding.severity == "warning"
+    assert np.isnan(checked.trace["accel_x_mps2"]).sum() == 400
+
+
+def test_a_channel_of_a_slower_topic_is_no_loss():
+    def thin(x):
+        x[np.arange(len(x)) % 10 != 0] = np.nan
+        return x
+
+    log = with_fault(logged(*CAR), "battery_voltage_v", thin)
+    checked = check_log(log, load_vehicle("rcc"))
+    assert found(checked, "sparse", "battery_voltage_v")
+    assert not grave(checked)
+
+
+@pytest.mark.parametrize(
+    ("columns", "words"),
+    [
+        ({"speed_mps": np.arange(9.0)}, "no column time_s"),
+        ({"time_s": np.arange(9.0)}, "no channel"),
+        ({"time_s": np.arange(1.0), "speed_mps": np.ones(1)}, "no log"),
+        ({"time_s": np.full(9, np.nan), "speed_mps": np.ones(9)}, "usable rows"),
+        ({"time_s": np.arange(9.0), "speed_mps": np.full(9, np.nan)}, "no channel"),
+        ({"time_s": np.zeros(9), "speed_mps": np.ones(9)}, "usable rows"),
+    ],
+)
+def test_what_is_no_log_is_refused(columns, words):
+    with pytest.raises(InputError, match=words):
+        check_log(Trace(columns, name="x.csv"))
+
+
+def test_a_log_of_75_seconds_at_100_hertz_takes_a_blink():
+    log = logged(*ROVER)
+    log = Trace({n: v[:7500] for n, v in list(log.columns.items())[:10]})
+    check_log(log)
+    start = time.process_time()
+    check_log(log)
+    assert time.process_time() - start < 0.1
+
+
+@pytest.mark.slow
+def test_ten_hours_at_100_hertz_take_seconds():
+    log = logged(*ROVER)
+    many = 3_600_000 // len(log) + 1
+    names = [n for n in log.columns if n != "time_s"][:9]
+    columns = {n: np.tile(log[n], many)[:3_600_000] for n in names}
+    columns = {"time_s": np.arange(3_600_000) * 0.01, **columns}
+    start = time.process_time()
+    checked = check_log(Trace(columns))
+    assert time.process_time() - start < 6
+    assert len(checked.trace) == 3_600_000
+
+
+def test_steering_that_is_logged_from_halfway_on_is_late():
+    log = logged(*ROVER)
+
+    def late(x):
+        x[: len(x) // 2] = 0.0
+        return x
+
+    checked = check_log(with_fault(log, "steer_cmd_rad", late))
+    assert found(checked, "late_command", "steer_cmd_rad")
+
+
+@each_drive
+@pytest.mark.parametrize("bias", [-0.4, 0.1, 0.4])
+def test_a_gyro_with_a_bias_does_not_make_the_steering_late(drive, bias):
+    log = with_fault(logged(*drive), "yaw_rate_radps", lambda x: x + bias)
+    assert not found(check_log(log), "late_command", "steer_cmd_rad")

@@ -1,0 +1,146 @@
+"""`rccsim check` as a user meets it: pipes, several logs, verdicts, mistakes."""
+
+import gzip
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+CASES = Path(__file__).resolve().parents[3] / "shared" / "cases"
+DART = Path(__file__).resolve().parents[3] / "shared/data/real_rc/dart_jetracer"
+
+
+def rccsim(*args, stdin=None):
+    command = [sys.executable, "-m", "rcc_sim", *map(str, args)]
+    return subprocess.run(
+        command, input=stdin, capture_output=True, text=True, timeout=120
+    )
+
+
+@pytest.fixture
+def log(tmp_path):
+    """A car that speeds up and slows down, with an accelerometer."""
+    rng = np.random.default_rng(0)
+    t = np.arange(0, 60, 0.02)
+    table = pd.DataFrame(
+        {
+            "time_s": t,
+            "speed_mps": 3 - 3 * np.cos(t / 2) + rng.normal(0, 0.005, len(t)),
+            "accel_x_mps2": 1.5 * np.sin(t / 2) + rng.normal(0, 0.1, len(t)),
+        }
+    )
+    path = tmp_path / "log.csv"
+    table.to_csv(path, index=False)
+    return path
+
+
+def spoilt(log, column, change):
+    table = pd.read_csv(log)
+    table[column] = change(table[column])
+    path = log.with_name(f"spoilt_{column}.csv")
+    table.to_csv(path, index=False)
+    return path
+
+
+def test_a_sound_log_passes_and_says_so(log):
+    done = rccsim("check", log, "--strict", "--json")
+    assert done.returncode == 0, done.stderr
+    said = json.loads(done.stdout)
+    assert said["sound"] is True
+    assert said["rate_hz"] == pytest.approx(50)
+    assert said["duration_s"] == pytest.approx(59.98)
+    assert ": sound (" in done.stderr
+
+
+def test_strict_fails_a_log_in_g_and_names_it_and_the_mend(log):
+    bad = spoilt(log, "accel_x_mps2", lambda a: a / 9.80665)
+    assert rccsim("check", bad).returncode == 0
+    done = rccsim("check", log, bad, "--strict", "--json")
+    assert done.returncode == 1
+    assert str(bad) in done.stderr.splitlines()[-1]
+    sound, unsound = json.loads(done.stdout)["logs"]
+    assert sound["sound"] and not unsound["sound"]
+    assert unsound["unusable"] == ["accel_x_mps2"]
+    assert unsound["findings"][0]["factor"] == pytest.approx(9.80665)
+
+
+def test_csv_has_a_row_a_finding_with_what_where_sure_and_action(log):
+    bad = spoilt(log, "accel_x_mps2", lambda a: -a)
+    done = rccsim("check", bad, "--csv")
+    head, first, *_ = done.stdout.splitlines()
+    assert {"log", "kind", "channel", "what", "where", "sure", "action"} <= set(
+        head.split(",")
+    )
+    assert "sign,accel_x_mps2" in first
+
+
+def test_a_simulated_drive_from_a_pipe_is_sound():
+    drive = rccsim("simulate", "rcc", "--cycle", "udds[20:60]")
+    done = rccsim("check", "-", "--vehicle", "rcc", "--strict", stdin=drive.stdout)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "empty"),
+        ("hello\nworld\n", "hello, row 1"),
+        ("time_s,speed_mps\n", "rows"),
+        ("time_s,speed_mps\n0,1\n", "rows"),
+        ("time_s,speed_mps\n0,1\n1,2\n2,two\n", "row 3"),
+        ("time_s\n0\n1\n2\n3\n", "no channel"),
+    ],
+)
+def test_what_is_no_log_is_one_line_of_error(tmp_path, text, words):
+    path = tmp_path / "bad.csv"
+    path.write_text(text)
+    done = rccsim("check", path)
+    assert done.returncode == 2
+    assert not done.stdout
+    assert sum(line.startswith("error: ") for line in done.stderr.splitlines()) == 1
+    assert words in done.stderr
+    assert "bad.csv" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_a_broken_gzip_is_one_line_of_error(tmp_path, log):
+    path = tmp_path / "cut.csv.gz"
+    path.write_bytes(gzip.compress(log.read_bytes())[:-200])
+    done = rccsim("check", path)
+    assert done.returncode == 2
+    assert "gzip" in done.stderr
+
+
+@pytest.mark.skipif(not CASES.is_dir(), reason="../shared/cases is not here")
+def test_sound_logs_by_another_simulator_earn_nothing_above_a_note():
+    logs = sorted(CASES.glob("p*/log.csv.gz"))
+    done = rccsim("check", *logs, "--json")
+    assert done.returncode == 0, done.stderr
+    said = json.loads(done.stdout)["logs"]
+    assert len(said) == len(logs)
+    assert [one["log"] for one in said if not one["sound"]] == []
+
+
+@pytest.mark.skipif(not DART.is_dir(), reason="../shared/data is not here")
+def test_the_jetracer_has_dead_battery_sensors_and_a_biased_accelerometer(tmp_path):
+    names = {
+        "elapsed time sensors": "time_s",
+        "current": "battery_current_a",
+        "voltage": "battery_voltage_v",
+        "acc x (IMU)": "accel_x_mps2",
+        "vel encoder": "speed_mps",
+        "throttle": "throttle",
+    }
+    source = sorted((DART / "10_step_input_data_rubbery_floor").glob("*.csv"))[0]
+    table = pd.read_csv(source)[list(names)].rename(columns=names)
+    path = tmp_path / "dart.csv"
+    table.to_csv(path, index=False)
+    said = json.loads(rccsim("check", path, "--json").stdout)
+    assert set(said["unusable"]) == {"battery_current_a", "battery_voltage_v"}
+    (bias,) = [f for f in said["findings"] if f["kind"] == "bias"]
+    assert bias["channel"] == "accel_x_mps2"
+    assert -0.52 <= float(bias["what"].split()[1]) <= -0.3  # SOURCES.md
