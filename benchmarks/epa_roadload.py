@@ -8,8 +8,8 @@ an imposed run; compared with the wall energy that the list states, and with wha
 FASTSim makes of the same rows. Nothing is set per car. First with efficiencies as
 stated, then with one of them (the charger's) fitted on one half of the car families and
 judged on the other. Which published figures to take was settled with the whole list in
-view; only the fitted one is judged on cars that it has not seen. The list is not part of
-this project; where it is absent, that is said and nothing else done.
+view; only the fitted one is judged on cars that it has not seen. The list is not part
+of this project; where it is absent, that is said and nothing else done.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ MOTOR_LOAD = (0.0, 0.02, 0.04, 0.06, 0.08, 0.1, 0.2, 0.4, 0.6, 0.8, 1.0)
 MOTOR = (0.84, 0.86, 0.88, 0.90, 0.91, 0.92, 0.94, 0.95, 0.95, 0.94, 0.93)
 # Rated power is the list's median of power over weight times the car's weight. Its own
 # rating is misprinted for some (Kona: 37 hp) and the sum of motors of which one may
-# rest; taken literally, as FASTSim takes it, it predicts worse: 7.8 % in place of 7.2 %.
+# rest; taken literally, as FASTSim takes it, it predicts worse: 7.8 %, not 7.2.
 GEAR = 0.98  # FASTSim: trans_eff; drag without load is in the road load already
 BATTERY = 0.985  # one way; FASTSim: ess_round_trip_eff 0.97, of which the root
 CHARGER = 0.89  # wall to battery; between FASTSim's 0.86 and 0.918 of ADAC's four cars
