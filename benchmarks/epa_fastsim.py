@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from benchmarks.epa_tests import HP, KWH, LB, LBF, MILE, MPH, POWER, WEIGHT, A, B, C
 
 CHARGER = 0.86  # FASTSim 2.1: parameters.py, chg_eff
+AUXILIARY = 250.0  # W; the importer's
 TRANSMISSION = 0.98
 TOP_SPEED = 70.0 * MPH  # m/s; the importer's
 AREA = 2.5  # m²; only its product with the drag coefficient matters
@@ -58,12 +59,15 @@ def motor_power(tests: pd.DataFrame) -> NDArray[np.float64]:
     return m * np.where(per_mass < PLAUSIBLE, np.median(per_mass), per_mass)
 
 
-def car_of(base: dict[str, Any], test: pd.Series, power: float) -> Any:
+def car_of(
+    base: dict[str, Any], test: pd.Series, power: float, auxiliary: float
+) -> Any:
     """Return FASTSim's vehicle for a row."""
     import fastsim
 
     model = dict(base)
     drag_coefficient, rolling = drag(test)
+    model["pwr_aux_base_watts"] = auxiliary
     model["mass_kilograms"] = float(test[WEIGHT]) * LB
     model["chassis"] = base["chassis"] | {
         "glider_mass_kilograms": None,  # parts would have to add up to the mass
@@ -79,7 +83,9 @@ def car_of(base: dict[str, Any], test: pd.Series, power: float) -> Any:
     return fastsim.Vehicle.from_dict(model)
 
 
-def battery_energies(tests: pd.DataFrame) -> NDArray[np.float64] | None:
+def battery_energies(
+    tests: pd.DataFrame, auxiliary: float = AUXILIARY
+) -> NDArray[np.float64] | None:
     """Return the energy from the battery's cells, one per row. [kWh/100 mi]
 
     None where FASTSim 3 is not installed.
@@ -95,7 +101,9 @@ def battery_energies(tests: pd.DataFrame) -> NDArray[np.float64] | None:
     }
     found = []
     for (_, test), power in zip(tests.iterrows(), motor_power(tests), strict=True):
-        drive = fastsim.SimDrive(car_of(base, test, power), cycles[test["cycle"]])
+        drive = fastsim.SimDrive(
+            car_of(base, test, power, auxiliary), cycles[test["cycle"]]
+        )
         drive.run()
         after = drive.to_dict()["veh"]
         used = after["pt_type"]["BEV"]["res"]["state"]["energy_out_chemical_joules"]

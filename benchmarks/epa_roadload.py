@@ -213,7 +213,12 @@ def main(arguments: list[str]) -> None:
     if theirs is not None:
         own = errors(tests, theirs, epa_fastsim.CHARGER)
         show_scores(tests, own, f"{peer}, its own figures")
-        show_scores(tests, errors(tests, theirs), f"{peer}, charger {CHARGER:g}")
+        show_scores(tests, errors(tests, theirs), f"{peer}, our charger")
+        shared = epa_fastsim.battery_energies(tests, AUXILIARY)
+        assert shared is not None
+        show_scores(
+            tests, errors(tests, shared), f"{peer}, our charger and auxiliaries"
+        )
     show_head("charger fitted on one half of the families, judged on the other")
     cross_fitted(tests, battery, "rccsim")
     if theirs is not None:
