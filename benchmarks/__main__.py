@@ -1,5 +1,6 @@
-"""`python -m benchmarks`: every benchmark, one after the other."""
+"""`python -m benchmarks`: every timing beside peers, one after the other."""
 
-from benchmarks import kernel
+from benchmarks import kernel, peers
 
 kernel.main()
+peers.main()
