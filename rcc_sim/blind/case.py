@@ -21,7 +21,7 @@ from rcc_sim.blind.drives import (
     smooth,
 )
 from rcc_sim.blind.nominal import vehicle_text
-from rcc_sim.blind.plant import Drive, Truth
+from rcc_sim.blind.plant import GRAVITY, Drive, Truth
 from rcc_sim.blind.strengths import HILLS_LENGTH, Scene, Withheld, draws
 from rcc_sim.blind.unknowns import UNKNOWNS
 from rcc_sim.blind.worth import Yardstick, coarse, fine
@@ -31,6 +31,7 @@ LEAST_NATS = 30.0  # what an effect must be worth beyond the tolerances
 TRIES = 40  # draws of an effect before another car is drawn
 SURVEYED = 0.45  # 1; share of cases whose road was surveyed
 HILLY = 0.2  # 1; share of surveyed roads that are not level
+NO_SLIDE = 0.93  # 1; most lateral acceleration, of what the tyres can hold
 ACTING = 0.1  # 1; share of its greatest activity above which an unknown acts
 
 # which stated figure an effect hides, where the file would have it
@@ -42,6 +43,12 @@ HIDES = {
     "aerodynamic_drag": "drag_area",
     "speed_dead_zone": "dead_zone",
     "regeneration_limit": "regen",
+}
+SCALES = {
+    "wheel_radius": "r_w",
+    "front_cornering_stiffness": "C_F",
+    "rear_cornering_stiffness": "C_R",
+    "yaw_inertia": "I_z",
 }
 TOGETHER_NOT = (
     {"rolling_resistance", "drivetrain_friction", "road_grade"},
@@ -191,7 +198,7 @@ def _worth(at: Setting, level: Drive, effects: list[Withheld]) -> dict[str, floa
     rule = Yardstick(family, p, d, known, residual)
     p, d = with_effects(at.p, at.road, level, effects, [])
     whole = _read(coarse(p, d, family), family, effects)
-    if not sound(whole, at.car):
+    if not sound(whole, at.car, p.mu):
         return {w.effect: 0.0 for w in effects}
     changes = []
     for w in effects:
@@ -204,9 +211,11 @@ def _worth(at: Setting, level: Drive, effects: list[Withheld]) -> dict[str, floa
     }
 
 
-def sound(rows: Array, car: Base) -> bool:
-    """Tell whether a drive stayed on the road: finite, no spin, no stall."""
+def sound(rows: Array, car: Base, mu: float) -> bool:
+    """Tell whether a drive stayed on the road: finite, no spin, no slide, no stall."""
     if not np.isfinite(rows).all():
+        return False
+    if np.abs(rows[:, 3]).max() > NO_SLIDE * mu * GRAVITY:
         return False
     still_turning = np.abs(rows[:, 1]).max() < (3.0 if car.family == "rc" else 0.8)
     a_y = np.abs(rows[:, 3]).max() < (9.0 if car.family == "rc" else 6.0)
@@ -230,7 +239,7 @@ def _recorded(
     for part, d in (("log", at.drive), ("fresh", other)):
         p, d = with_effects(at.p, at.road, d, effects, [])
         rows, books = fine(p, d, family)
-        if not sound(rows, at.car):
+        if not sound(rows, at.car, p.mu):
             raise Unfit
         how = TIMING[family]
         time = np.asarray(d.rows) * (how.tick / how.substeps)
@@ -248,6 +257,7 @@ def _recorded(
         "kind": kind,
         "effects": [] if kind == "unknown" else [w.effect for w in effects],
         "magnitudes": {w.effect: w.magnitudes for w in effects},
+        "over_file": over_file(at, effects),
         "nats_beyond_tolerances": {k: round(v, 1) for k, v in nats.items()},
         "energy_wh": energy["log"],
         "distance_m": distance["log"],
@@ -260,6 +270,24 @@ def _recorded(
         "pulls_in_sds": {k: round(v, 2) for k, v in at.pulls.items()},
     }
     return Case(vehicle_text(name, at.file, hidden), logs, label)
+
+
+def over_file(at: Setting, effects: Sequence[Withheld]) -> dict[str, dict[str, float]]:
+    """Return magnitudes against the file's figure, for effects that change one.
+
+    ``magnitudes`` hold what was drawn, against the true figure; the file's is off by
+    its own error, which a log cannot tell from the effect's.
+    """
+    found = {}
+    for w in effects:
+        if w.effect == "payload":
+            more = at.car.m - at.file.m + w.magnitudes["mass_kg"]
+            found["payload"] = {"mass_kg": more}
+        elif w.effect in SCALES:
+            name = SCALES[w.effect]
+            share = getattr(at.car, name) / getattr(at.file, name)
+            found[w.effect] = {"scale": w.magnitudes["scale"] * share}
+    return found
 
 
 def _columns(

@@ -41,7 +41,7 @@ class Timing:
 TIMING = {
     "rc": Timing(
         75.0, 0.01, 1e-3, 4, (0.4, 2.0), (1.5, 8.0), (1.5, 5.0), (0.8, 3.0),
-        (1.5, 5.0), 0.2, (0.02, 0.045), (0.3, 0.8),
+        (1.5, 4.5), 0.2, (0.02, 0.045), (0.3, 0.8),
     ),
     "ev": Timing(
         600.0, 0.1, 1e-3, 1, (0.6, 2.2), (4.0, 30.0), (4.0, 20.0), (2.0, 8.0),
@@ -98,7 +98,8 @@ def steering_programme(car: Base, speed: Array, rng: np.random.Generator) -> Arr
     t = float(rng.uniform(2.5, 5.0))
     while t < how.seconds:
         k = min(round(t / CLOCK), len(speed) - 1)
-        v = max(speed[k : k + 200].max(), 0.3 * car.v_max)
+        since = k - (800 if car.regen == 0 else 0)  # it coasts: still at that speed
+        v = max(speed[max(since, 0) : k + 300].max(), 0.3 * car.v_max)
         most = min(how.most_steer, wheelbase * rng.uniform(*how.a_y) / v**2)
         A = most * rng.choice([-1.0, 1.0])
         period = rng.uniform(*how.period)

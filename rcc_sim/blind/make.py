@@ -118,6 +118,7 @@ def packed(columns: Mapping[str, NDArray[np.float64]]) -> bytes:
 
     table = pyarrow.table(dict(columns))
     text = io.BytesIO()
-    options = pyarrow.csv.WriteOptions(quoting_style="none")
+    text.write((",".join(columns) + "\n").encode())
+    options = pyarrow.csv.WriteOptions(include_header=False)
     pyarrow.csv.write_csv(table, text, options)
     return gzip.compress(text.getvalue(), compresslevel=4, mtime=0)

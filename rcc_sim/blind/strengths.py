@@ -243,7 +243,7 @@ BOTH: dict[str, Draw] = {
     ),
     "tyre_saturation": _plain(
         "tyre_saturation", "friction_coefficient", "mu",
-        _either((0.45, 0.7), (0.3, 0.5), False), inf,
+        _either((0.5, 0.8), (0.25, 0.45), False), inf,
     ),
     "tyre_relaxation": _plain(
         "tyre_relaxation", "length_m", "sigma",

@@ -107,8 +107,8 @@ class Yardstick:
             constant = np.zeros_like(nominal)
             constant[:, s.place] = s.bias
             columns.append(self.whitened(constant))
-        self.T = np.array(columns).T
-        self.nominal = nominal
+        self.T = np.array(columns)
+        self.TT = np.einsum("ik,jk->ij", self.T, self.T)
 
     def whitened(self, change: Array) -> Array:
         """Return a change of the rows as one vector in units of the noise.
@@ -127,9 +127,18 @@ class Yardstick:
 
         ``others`` are changes of any size that may stand in for it as well.
         """
+        # einsum, as threads of a matrix library cost seconds where other work runs
         D = self.whitened(change)
-        free = [1e3 * self.whitened(o) / np.linalg.norm(self.whitened(o)) for o in others]
-        T = np.column_stack([self.T, *free]) if free else self.T
-        shadow = T.T @ D
-        inner = np.eye(T.shape[1]) + T.T @ T
-        return float(0.5 * (D @ D - shadow @ np.linalg.solve(inner, shadow)))
+        free = [self.whitened(o) for o in others]
+        rows = [1e3 * f / max(np.linalg.norm(f), 1e-12) for f in free]
+        T = np.array([*self.T, *rows])
+        n = len(self.T)
+        inner = np.eye(len(T))
+        inner[:n, :n] += self.TT
+        for k in range(n, len(T)):
+            dots = np.einsum("ik,k->i", T, T[k])
+            inner[k] += dots
+            inner[:k, k] = inner[k, :k]
+        shadow = np.einsum("ik,k->i", T, D)
+        explained = float(shadow @ np.linalg.solve(inner, shadow))
+        return 0.5 * (float(np.einsum("k,k->", D, D)) - explained)
