@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -81,7 +81,7 @@ class Setting:
 
 
 class Unfit(Exception):
-    """This draw will not do; draw again."""
+    """A draw that will not do; another is made."""
 
 
 def make_case(
@@ -129,13 +129,18 @@ def _setting(
     )  # fmt: skip
 
 
+def replaced(p: Truth, changes: Mapping[str, Any]) -> Truth:
+    """Return the truth with some figures replaced."""
+    return p._replace(**changes)
+
+
 def with_effects(
     p: Truth, road: Road, d: Drive, effects: Sequence[Withheld], off: Sequence[Withheld]
 ) -> tuple[Truth, Drive]:
     """Return the truth and the drive with some effects on and others off."""
     slope, aux = road.slope, road.aux
     for w in off:
-        p = p._replace(**w.off)
+        p = replaced(p, w.off)
     for w in effects:
         changes = {
             k: v / w.off[k] * getattr(p, k)
@@ -143,7 +148,7 @@ def with_effects(
             else v
             for k, v in w.on.items()
         }
-        p = p._replace(**changes)
+        p = replaced(p, changes)
         slope = w.slope if w.slope is not None else slope
         aux = w.aux if w.aux is not None else aux
     return p, d._replace(slope=slope, aux=aux)
@@ -345,5 +350,3 @@ def _profiles(
                 "value": np.round(w.aux + p.P_aux, 4).tolist(),
             }
     return found
-
-

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -78,7 +77,7 @@ def speed_programme(car: Base, style: str, rng: np.random.Generator) -> Array:
         times.append(times[-1] + rng.uniform(*rest))
         speeds.append(goal)
     t = np.arange(round(how.seconds / CLOCK) + 1) * CLOCK
-    reference = np.interp(t, times, speeds)
+    reference: Array = np.interp(t, times, speeds)
     if car.family == "ev":  # a foot is not a ramp: half a second of smoothing
         kernel = np.ones(50) / 50
         padded = np.pad(reference, 25, mode="edge")
@@ -171,5 +170,3 @@ def drive(
 def smooth(d: Drive) -> Drive:
     """Return the same drive on a road that is not rough."""
     return d._replace(rough=np.zeros(len(np.asarray(d.rough))))
-
-

@@ -70,7 +70,9 @@ def make(
     return write_seal(out, labels, {"schema": SCHEMA, **made_by, "cases": truth})
 
 
-def require_known(what: str, names: Sequence[str], known: Sequence[str] | Mapping[str, Any]) -> None:
+def require_known(
+    what: str, names: Sequence[str], known: Sequence[str] | Mapping[str, Any]
+) -> None:
     """Raise unless each name is known.
 
     Raises

@@ -1,4 +1,4 @@
-"""The vehicle file that a user would have: figures off by their sds, effects missing."""
+"""The vehicle file that a user would have: figures off, effects missing."""
 
 from __future__ import annotations
 

@@ -3,7 +3,15 @@
 import math
 from math import inf
 
-from rcc_sim.blind.plant import CLOCK, CURRENT_LAG, GRAVITY, at, axles, extra_drag, rates
+from rcc_sim.blind.plant import (
+    CLOCK,
+    CURRENT_LAG,
+    GRAVITY,
+    at,
+    axles,
+    extra_drag,
+    rates,
+)
 from rcc_sim.blind.plant_commands import drive_command, speed_command
 from rcc_sim.jit import jit
 
@@ -17,13 +25,13 @@ def run(p, d, T_tick, subs, out, E, line):
     are at the row, and means over the 10 ms before it of the other channels.
     """
     dt = T_tick / subs
-    per_clock = int(round(CLOCK / T_tick))
+    per_clock = round(CLOCK / T_tick)
     window = per_clock * subs
-    late = int(round(p.yaw_late / dt))
+    late = round(p.yaw_late / dt)
     fade_i = 1.0 - math.exp(-dt / CURRENT_LAG)
     fade_tau = 1.0 if p.lag <= 0.0 else 1.0 - math.exp(-dt / p.lag)
     fade_steer = 1.0 if p.steer_lag <= 0.0 else 1.0 - math.exp(-T_tick / p.steer_lag)
-    behind = int(round(p.delay / T_tick))
+    behind = round(p.delay / T_tick)
     m, I_z = p.m, p.I_z
     w, v_y, r, a_F, a_R, s, z = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     i, tau, integral, i_wish, brake, held, next_hold = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -53,7 +61,7 @@ def run(p, d, T_tick, subs, out, E, line):
             line[tick % len(line)] = i_wish
         wish = line[(tick - behind) % len(line)] if tick >= behind else 0.0
         # steering: lag(play(gain command + offset)), and what may be wrong with it
-        j = int(math.floor((t - p.steer_delay) / CLOCK + 1e-6))
+        j = math.floor((t - p.steer_delay) / CLOCK + 1e-6)
         cmd = d.steer[j] if j >= 0 else 0.0
         whole = p.steer_gain * cmd + p.steer_offset
         goal = whole
@@ -75,9 +83,9 @@ def run(p, d, T_tick, subs, out, E, line):
             mu = min(p.patch_mu, mu)
         if p.stick_T > 0.0:
             since_brake += T_tick
-            if tau < -0.02 * p.stick_T and v > 0.5 * 10.0 * p.v_low or brake > 0.0:
-                since_brake = 0.0
-            elif p.speed_mode and held * p.n_file < 0.9 * w and wish <= 0.0:
+            slowing = tau < -0.02 * p.stick_T and v > 5.0 * p.v_low
+            coasting = p.speed_mode and held * p.n_file < 0.9 * w and wish <= 0.0
+            if slowing or coasting or brake > 0.0:
                 since_brake = 0.0
         T_more = extra_drag(p, v, angle, since_brake, t)
         P_aux = p.P_aux + d.aux[min(int(t), len(d.aux) - 1)]
@@ -92,7 +100,7 @@ def run(p, d, T_tick, subs, out, E, line):
         for _ in range(subs):
             i += (wish - i) * fade_i
             tau += (p.K_t * i - tau) * fade_tau
-            w0, v_y0, r0 = w, v_y, r
+            w0 = w
             f = rates(
                 p, m, I_z, mu, w, v_y, r, a_F, a_R, angle, tau, brake, slope, push,
                 T_more,

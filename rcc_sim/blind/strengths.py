@@ -181,7 +181,11 @@ def _either(rc: tuple[float, float], ev: tuple[float, float], signed: bool) -> A
 
 
 def _dry(scene: Scene, rng: np.random.Generator) -> float:
-    C = rng.uniform(0.007, 0.025) if scene.car.family == "rc" else rng.uniform(3e-3, 0.012)
+    C = (
+        rng.uniform(0.007, 0.025)
+        if scene.car.family == "rc"
+        else rng.uniform(3e-3, 0.012)
+    )
     return float(C) * scene.p.m * GRAVITY / scene.p.n
 
 

@@ -92,15 +92,15 @@ class Yardstick:
     def __init__(
         self, family: str, p: Truth, d: Drive, known: Sequence[str], residual: Array
     ) -> None:
-        self.sensors = [
-            s for k, s in SENSORS[family].items() if k != "elevation_m"
-        ]
+        self.sensors = [s for k, s in SENSORS[family].items() if k != "elevation_m"]
         self.root_S = [
             np.sqrt(spectrum(residual[:, s.place], s.noise)) for s in self.sensors
         ]
         nominal = coarse(p, d, family)
         columns = [
-            self.whitened(coarse(shifted(p, name, TOLERANCES[name]), d, family) - nominal)
+            self.whitened(
+                coarse(shifted(p, name, TOLERANCES[name]), d, family) - nominal
+            )
             for name in known
         ]
         for s in self.sensors:
@@ -130,7 +130,7 @@ class Yardstick:
         # einsum, as threads of a matrix library cost seconds where other work runs
         D = self.whitened(change)
         free = [self.whitened(o) for o in others]
-        rows = [1e3 * f / max(np.linalg.norm(f), 1e-12) for f in free]
+        rows = [1e3 * f / max(float(np.linalg.norm(f)), 1e-12) for f in free]
         T = np.array([*self.T, *rows])
         n = len(self.T)
         inner = np.eye(len(T))

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from rcc_sim.cli.output import Csv, Json, emit, say
+from rcc_sim.cli.output import Csv, Json, Output, emit, say
 
 blind = typer.Typer(
     help="Data whose effect is withheld: make it, diagnose it, score that."
@@ -58,3 +58,56 @@ def make(
     say(f"wrote {len(seal.cases)} cases to {out}, labels to {seal.labels}")
     row = {"cases": len(seal.cases), "labels": str(seal.labels), "sha256": seal.sha256}
     emit(row, [row], json=json, csv=csv)
+
+
+@blind.command(epilog="Example: rccsim blind run cases --jobs 2")
+def run(
+    out: Annotated[Path, typer.Argument(help="Folder that `blind make` wrote.")],
+    jobs: Annotated[int, typer.Option(help="Cases at a time.", min=1)] = 1,
+    only: Annotated[
+        str | None, typer.Option(help="These cases alone; by commas.")
+    ] = None,
+    again: Annotated[
+        bool, typer.Option("--again", help="Also those that have a result.")
+    ] = False,
+    json: Json = False,
+    csv: Csv = False,
+) -> None:
+    """Diagnose each case without its label; then its gap on a fresh drive.
+
+    Goes on where it was interrupted. Times mean something with one job alone.
+    """
+    from rcc_sim.blind.run import run
+
+    wanted = only.split(",") if only else []
+    rows = []
+    for row in run(out, jobs=jobs, only=wanted, again=again):
+        say(f"{row['case']}: {row['status']} {row['causes']} {row['error']}".rstrip())
+        rows.append(row)
+    emit(rows, rows, json=json, csv=csv)
+
+
+@blind.command(
+    epilog="Example: rccsim blind score cases --labels cases.labels.json "
+    "--require single_first>=0.95 --require null_false_alarm<=0.02"
+)
+def score(
+    out: Annotated[Path, typer.Argument(help="Folder of cases that were run.")],
+    labels: Annotated[Path, typer.Option(help="The sealed labels.", metavar="F")],
+    require: Annotated[
+        list[str] | None,
+        typer.Option(help="KEY>=VALUE or KEY<=VALUE; repeatable.", metavar="BAR"),
+    ] = None,
+    json: Json = False,
+    csv: Csv = False,
+    output: Output = None,
+) -> None:
+    """Open the labels and count: right, false alarms, unknowns, calibration, times."""
+    from rcc_sim.blind.score import failures, score, table
+    from rcc_sim.errors import CheckFailed
+
+    document = score(out, labels)
+    missed = failures(document, require or [])
+    emit(document, table(document), json=json, csv=csv, output=output)
+    if missed:
+        raise CheckFailed(f"{out}: {'; '.join(missed)}")
