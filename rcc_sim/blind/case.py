@@ -27,6 +27,25 @@ from rcc_sim.blind.unknowns import UNKNOWNS
 from rcc_sim.blind.worth import Yardstick, coarse, fine
 
 Array = NDArray[np.float64]
+OFTEN = dict.fromkeys(
+    (
+        "drivetrain_damping",
+        "drivetrain_friction",
+        "copper_loss",
+        "iron_loss",
+        "auxiliary_load",
+        "battery_resistance",
+        "regeneration_limit",
+        "payload",
+        "rolling_resistance",
+        "aerodynamic_drag",
+        "road_grade",
+        "headwind",
+        "slippery_patch",
+    ),
+    2.5,
+)
+"""Effects drawn more often than the others: those that cost energy."""
 LEAST_NATS = 30.0  # what an effect must be worth beyond the tolerances
 TRIES = 40  # draws of an effect before another car is drawn
 SURVEYED = 0.45  # 1; share of cases whose road was surveyed
@@ -178,9 +197,11 @@ def _effects(
     )
     pool = UNKNOWNS if kind == "unknown" else draws(family)
     names = [n for n in pool if not (n == "road_grade" and at.surveyed)]
+    weights = np.array([OFTEN.get(n, 1.0) for n in names])
+    weights /= weights.sum()
     count = 2 if kind == "pair" else 1
     for _ in range(TRIES):
-        chosen = [str(n) for n in rng.choice(names, count, replace=False)]
+        chosen = [str(n) for n in rng.choice(names, count, replace=False, p=weights)]
         if any(len(tied & set(chosen)) > 1 for tied in TOGETHER_NOT):
             continue
         if len({"cg_shift", "payload", "wheel_radius"} & set(chosen)) > 1:
@@ -195,16 +216,16 @@ def _effects(
 def _worth(at: Setting, level: Drive, effects: list[Withheld]) -> dict[str, float]:
     """Return what each effect is worth beyond tolerances and the other one. [nats]"""
     family = at.car.family
+    p, d = with_effects(at.p, at.road, level, effects, [])
+    whole = _read(coarse(p, d, family), family, effects)
+    if not sound(whole, at.car, p.mu):
+        return {w.effect: 0.0 for w in effects}
     hidden = {HIDES.get(w.effect) for w in effects}
     known = [n for n in TOLERANCES if n not in hidden and getattr(at.car, n) > 0]
     p, d = with_effects(at.p, at.road, level, [], effects)
     rough = at.drive._replace(slope=d.slope, aux=d.aux)
     residual = coarse(p, rough, family) - coarse(p, d, family)
     rule = Yardstick(family, p, d, known, residual)
-    p, d = with_effects(at.p, at.road, level, effects, [])
-    whole = _read(coarse(p, d, family), family, effects)
-    if not sound(whole, at.car, p.mu):
-        return {w.effect: 0.0 for w in effects}
     changes = []
     for w in effects:
         rest = [o for o in effects if o is not w]

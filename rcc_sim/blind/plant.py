@@ -150,27 +150,28 @@ def axles(p, m, mu, v, v_y, r, a_F, a_R, delta):
 
 
 @jit
-def rates(p, m, I_z, mu, w, v_y, r, a_F, a_R, delta, tau, brake, slope, push, T_more):
+def rates(p, m, I_z, mu, w, v_y, r, a_F, a_R, tilt, tau, push, T_more):
     """Time derivatives of motor speed, lateral speed, yaw rate and felt slip.
 
     Newton along the body, n k (τ - T_loss - J ẇ) = m (v̇ - v_y r) + R with v = w / n;
-    k is the gears' transmission. Also returns the forces, for the books.
+    k is the gears' transmission. ``tilt`` holds the steering angle, its sine and
+    cosine, and those of the slope; ``push`` is roughness less brakes [N]. Also returns
+    the forces, for the books.
     """
     v = w / p.n
+    delta, sin, cos, rise, level = tilt
     F_F, F_R, d_F, d_R = 0.0, 0.0, 0.0, 0.0
     if delta != 0.0 or v_y != 0.0 or r != 0.0 or a_F != 0.0 or a_R != 0.0:
         F_F, F_R, d_F, d_R = axles(p, m, mu, v, v_y, r, a_F, a_R, delta)
-    root = math.sqrt(1.0 + slope * slope)
     v_air = v + p.wind
-    R = p.C_rr * m * GRAVITY / root + p.half_rho_A * v_air * abs(v_air)
-    R += m * GRAVITY * slope / root + brake - push + F_F * math.sin(delta)
+    R = p.C_rr * m * GRAVITY * level + p.half_rho_A * v_air * abs(v_air)
+    R += m * GRAVITY * rise - push + F_F * sin
     R -= m * v_y * r
     T = tau - (p.visc + p.eddy) * w - p.dry - p.hysteresis - T_more
     k = p.eta_gear
     if T + p.J * p.n * R / m < 0.0:
         k = 1.0 / k
     w_dot = p.n * (k * p.n * T - R) / (m + k * p.J * p.n * p.n)
-    cos = math.cos(delta)
     v_y_dot = (F_F * cos + F_R) / m - v * r
     r_dot = (p.l_F * F_F * cos - p.l_R * F_R) / I_z
     T_L = T - p.J * w_dot

@@ -97,14 +97,16 @@ def run(p, d, T_tick, subs, out, E, line):
             act = max(act, abs(f_1 - f_2) + abs(g_1 - g_2))
         if t >= p.drop_t and w > 0.0:
             act = max(act, 1.0)
+        level = 1.0 / math.sqrt(1.0 + slope * slope)
+        rise = slope * level
+        sin, cos = math.sin(angle), math.cos(angle)
+        tilt = (angle, sin, cos, rise, level)
+        pushed = push - brake
         for _ in range(subs):
             i += (wish - i) * fade_i
             tau += (p.K_t * i - tau) * fade_tau
             w0 = w
-            f = rates(
-                p, m, I_z, mu, w, v_y, r, a_F, a_R, angle, tau, brake, slope, push,
-                T_more,
-            )  # fmt: skip
+            f = rates(p, m, I_z, mu, w, v_y, r, a_F, a_R, tilt, tau, pushed, T_more)
             w_m, v_y_m, r_m = w, v_y, r
             g_F, g_R = a_F, a_R
             if w > 0.0 or f[0] > 0.0:
@@ -113,9 +115,8 @@ def run(p, d, T_tick, subs, out, E, line):
                 v_y_m, r_m = v_y + h * f[1], r + h * f[2]
                 g_F, g_R = a_F + h * f[3], a_R + h * f[4]
                 f = rates(
-                    p, m, I_z, mu, w_m, v_y_m, r_m, g_F, g_R, angle, tau, brake,
-                    slope, push, T_more,
-                )  # fmt: skip
+                    p, m, I_z, mu, w_m, v_y_m, r_m, g_F, g_R, tilt, tau, pushed, T_more
+                )
                 w += dt * f[0]
                 v_y += dt * f[1]
                 r += dt * f[2]
@@ -137,41 +138,35 @@ def run(p, d, T_tick, subs, out, E, line):
                 left = max(p.u_0 * p.u_0 - 4.0 * p.R_i * P, 0.0)
                 i_b = (p.u_0 - math.sqrt(left)) / (2.0 * p.R_i)
             u = p.u_0 - p.R_i * i_b
-            root = math.sqrt(1.0 + slope * slope)
-            c_x += dt * ((w - w0) / (p.n * dt) - v_y_m * r_m + GRAVITY * slope / root)
+            c_x += dt * ((w - w0) / (p.n * dt) - v_y_m * r_m + GRAVITY * rise)
             if w0 > 0.0 or w > 0.0:
-                c_y += dt * (f[5] * math.cos(angle) + f[6]) / m
+                c_y += dt * (f[5] * cos + f[6]) / m
             c_i += dt * i_q
             c_u += dt * u
             c_b += dt * i_b
             s += v * dt
-            z += v * dt * slope / root
+            z += v * dt * rise
             v_air = v + p.wind
-            roll = p.C_rr * m * GRAVITY / root
+            roll = p.C_rr * m * GRAVITY * level
             across = v_y_m + p.l_F * r_m
+            E[0] += dt * p.u_0 * i_b
+            E[1] += dt * copper
+            E[2] += dt * P_aux
+            E[3] += dt * p.R_i * i_b * i_b
+            E[4] += dt * lost
             if w > 0.0 or w0 > 0.0:
-                E[0] += dt * p.u_0 * i_b
-                E[1] += dt * copper
-                E[2] += dt * P_aux
-                E[3] += dt * p.R_i * i_b * i_b
-                E[4] += dt * lost
                 E[5] += dt * p.visc * w_m * w_m
                 E[6] += dt * p.dry * w_m
                 E[7] += dt * (p.hysteresis + p.eddy * w_m) * w_m
                 E[8] += dt * f[7] * w_m
                 E[9] += dt * roll * v
                 E[10] += dt * p.half_rho_A * v_air * abs(v_air) * v
-                E[11] += dt * m * GRAVITY * slope / root * v
+                E[11] += dt * m * GRAVITY * rise * v
                 E[12] += dt * brake * v
-                E[13] -= dt * f[5] * (across * math.cos(angle) - v * math.sin(angle))
+                E[13] -= dt * f[5] * (across * cos - v * sin)
                 E[14] -= dt * f[6] * (v_y_m - p.l_R * r_m)
                 E[15] -= dt * push * v
                 E[16] += dt * T_more * w_m
-            else:
-                E[0] += dt * p.u_0 * i_b
-                E[1] += dt * copper
-                E[2] += dt * P_aux
-                E[3] += dt * p.R_i * i_b * i_b
             step += 1
             if row_yaw < rows and step == d.rows[row_yaw] - late:
                 out[row_yaw, 1] = r

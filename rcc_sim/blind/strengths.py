@@ -210,10 +210,6 @@ BOTH: dict[str, Draw] = {
         _either((0.02, 0.08), (0.03, 0.12), False), 0.0,
     ),
     "regeneration_limit": _regeneration,
-    "current_limit": _plain(
-        "current_limit", "max_current_a", "i_limit",
-        lambda s, rng: s.most_current * rng.uniform(0.45, 0.8), inf,
-    ),
     "rolling_resistance": _rolling,
     "aerodynamic_drag": _aero,
     "road_grade": _grade,
@@ -291,6 +287,10 @@ ONLY = {
             lambda s, rng: rng.uniform(0.03, 0.12), 0.0,
         ),
         "speed_loop": _loop,
+        "current_limit": _plain(
+            "current_limit", "max_current_a", "i_limit",
+            lambda s, rng: s.most_current * rng.uniform(0.45, 0.8), inf,
+        ),
     },
     "ev": {
         "headwind": _plain(

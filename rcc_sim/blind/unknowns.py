@@ -26,7 +26,7 @@ def slippery_patch(scene: Scene, rng: np.random.Generator) -> Withheld:
     rc = scene.car.family == "rc"
     every = float(rng.uniform(30, 60) if rc else rng.uniform(700, 1500))
     on = {
-        "patch_mu": float(rng.uniform(0.08, 0.15) if rc else rng.uniform(0.04, 0.08)),
+        "patch_mu": float(rng.uniform(0.12, 0.3) if rc else rng.uniform(0.06, 0.15)),
         "patch_every": every,
         "patch_from": float(rng.uniform(0.2, 0.8)) * every,
         "patch_long": float(rng.uniform(0.12, 0.3)) * every,
