@@ -107,6 +107,7 @@ class Yardstick:
             constant = np.zeros_like(nominal)
             constant[:, s.place] = s.bias
             columns.append(self.whitened(constant))
+        self.nominal = nominal
         self.T = np.array(columns)
         self.TT = np.einsum("ik,jk->ij", self.T, self.T)
 

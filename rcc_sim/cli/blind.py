@@ -16,7 +16,7 @@ blind = typer.Typer(
 
 def register(app: typer.Typer) -> None:
     """Add the command and those under it to the app."""
-    example = "Example: rccsim blind make cases --cases 20 --seed 1"
+    example = "Example: rccsim blind make cases"
     app.add_typer(blind, name="blind", epilog=example)
 
 

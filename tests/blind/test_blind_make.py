@@ -161,7 +161,9 @@ def test_worth_is_that_of_a_matched_filter_in_white_noise():
     change = np.zeros((n, worth.COLUMNS))
     noise = SENSORS["ev"]["battery_voltage_v"].noise
     change[:, 5] = 0.05 * np.sin(2 * np.pi * 40 * np.arange(n) / n)
-    assert rule.nats(change) == pytest.approx(0.5 * n * 0.05**2 / 2 / noise**2, rel=1e-3)
+    assert rule.nats(change) == pytest.approx(
+        0.5 * n * 0.05**2 / 2 / noise**2, rel=1e-3
+    )
     heavier = worth.coarse(bases.shifted(p, "m", bases.TOLERANCES["m"]), d, "ev")
     one_sd = heavier - rule.nominal
     assert rule.nats(one_sd) < 0.5  # as likely as any car within its tolerance

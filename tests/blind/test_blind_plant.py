@@ -72,8 +72,9 @@ def everything(p: Truth) -> Truth:
     c = p.m * GRAVITY / p.n
     return p._replace(
         dry=0.01 * c, hysteresis=0.003 * c, eddy=0.4 * p.visc, eta_gear=0.93,
-        eta_motor=0.92, P_aux=0.5 * p.u_0, R_i=0.02, C_rr=0.01, half_rho_A=0.02 * p.m**0.5,
-        wind=1.0, slope=0.004, mu=0.9, sigma=0.2, steer_lag=0.05, play=0.005,
+        eta_motor=0.92, P_aux=0.5 * p.u_0, R_i=0.02, C_rr=0.01,
+        half_rho_A=0.02 * p.m**0.5, wind=1.0, slope=0.004, mu=0.9, sigma=0.2,
+        steer_lag=0.05, play=0.005,
         band_v=3.0, band_w=0.5, band_T=0.01 * c, stick_T=0.01 * c, stick_s=2.0,
     )  # fmt: skip
 
@@ -178,7 +179,10 @@ def test_plant_and_model_agree_where_nothing_is_withheld(name, tmp_path):
     file.write_text(nominal.vehicle_text("car", car, ()), encoding="utf-8")
     t = CLOCK * np.arange(len(d.ref))
     trace = simulate(
-        load_vehicle(file), Cycle("drive", t, d.ref), steer=(t, d.steer), output_rate=1000
+        load_vehicle(file),
+        Cycle("drive", t, d.ref),
+        steer=(t, d.steer),
+        output_rate=1000,
     ).trace
     time = d.rows * 2.5e-4
     for column in ("speed_mps", "yaw_rate_radps", "battery_current_a"):
