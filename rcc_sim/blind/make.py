@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import gzip
 import io
-from collections.abc import Iterator, Mapping, Sequence
+import shutil
+import tempfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
@@ -34,19 +36,20 @@ def make(
     base: Base | None = None,
     labels: Path | None = None,
     jobs: int = 1,
+    done: Callable[[int], None] | None = None,
 ) -> Seal:
     """Write cases to ``out`` and their labels beside it; return the seal.
 
     Case k depends on the seed and k alone, so that more cases or more jobs leave
-    those before as they are.
+    those before as they are. ``done`` is told how many are made.
 
     Raises
     ------
     InputError
         If ``out`` holds something already, or a kind or family is unknown.
     """
-    require_known("kind", kinds, KINDS)
-    require_known("family", families, FAMILIES)
+    require_known("--kinds", kinds, KINDS)
+    require_known("--family", families, FAMILIES)
     if cases < 1:
         raise InputError(f"--cases: should be at least 1: {cases}")
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
@@ -56,18 +59,30 @@ def make(
         raise InputError(f"{labels}: labels may not lie among the cases")
     if labels.exists():
         raise InputError(f"{labels}: is there already", "it may be another seal's key")
-    out.mkdir(parents=True, exist_ok=True)
+    out.parent.mkdir(parents=True, exist_ok=True)
+    labels.parent.mkdir(parents=True, exist_ok=True)
     order = [(k, seed, tuple(kinds), tuple(families), base) for k in range(cases)]
-    truth = {}
-    for name, vehicle, logs, label in _made(order, jobs):
-        folder = out / name
-        folder.mkdir()
-        (folder / "vehicle.toml").write_text(vehicle, encoding="utf-8")
-        for part, data in logs.items():
-            (folder / f"{part}.csv.gz").write_bytes(data)
-        truth[name] = label
     made_by = {"seed": seed, "kinds": list(kinds), "families": list(families)}
-    return write_seal(out, labels, {"schema": SCHEMA, **made_by, "cases": truth})
+    part = Path(tempfile.mkdtemp(prefix=f".{out.name}.", dir=out.parent))
+    try:  # the folder appears whole or not at all
+        truth = {}
+        for name, vehicle, logs, label in _made(order, jobs):
+            folder = part / name
+            folder.mkdir()
+            (folder / "vehicle.toml").write_text(vehicle, encoding="utf-8")
+            for drive, data in logs.items():
+                (folder / f"{drive}.csv.gz").write_bytes(data)
+            truth[name] = label
+            if done is not None:
+                done(len(truth))
+        seal = write_seal(part, labels, {"schema": SCHEMA, **made_by, "cases": truth})
+        part.chmod(0o755)
+        if out.exists():
+            out.rmdir()  # empty, as was seen above
+        part.replace(out)
+    finally:
+        shutil.rmtree(part, ignore_errors=True)
+    return seal
 
 
 def require_known(
@@ -81,11 +96,11 @@ def require_known(
         Naming the first that is not.
     """
     if not names:
-        raise InputError(f"--{what}: should name at least one of {', '.join(known)}")
+        raise InputError(f"{what}: should name at least one of {', '.join(known)}")
     for name in names:
         if name not in known:
             raise InputError(
-                f"--{what}: no such {what}: {name!r}", f"known: {', '.join(known)}"
+                f"{what}: none is called {name!r}", f"known: {', '.join(known)}"
             )
 
 

@@ -138,8 +138,18 @@ def _gap(vehicle: str, folder: Path, command: Command) -> dict[str, Any]:
 
 
 def read_results(out: Path) -> dict[str, dict[str, Any]]:
-    """Return the results of each case that was run, by name."""
-    return {
-        path.stem: json.loads(path.read_text(encoding="utf-8"))
-        for path in sorted((out / RESULTS).glob("*.json"))
-    }
+    """Return the results of each case that was run, by name.
+
+    Raises
+    ------
+    InputError
+        If one of them cannot be read.
+    """
+    found = {}
+    for path in sorted((out / RESULTS).glob("*.json")):
+        try:
+            found[path.stem] = json.loads(path.read_text(encoding="utf-8"))
+        except ValueError as error:
+            hint = f"`rccsim blind run {out} --only {path.stem} --again` makes it anew"
+            raise InputError(f"{path}: not JSON: {error}", hint) from None
+    return found

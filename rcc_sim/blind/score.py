@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from rcc_sim.blind.answers import SAME, Row, answer, any_alike, named_above
-from rcc_sim.blind.measures import calibration, share, spread
+from rcc_sim.blind.measures import Share, calibration, share, spread
 from rcc_sim.blind.run import read_results
 from rcc_sim.blind.seal import opened
 from rcc_sim.errors import InputError
@@ -241,6 +241,19 @@ def table(document: Mapping[str, Any]) -> list[dict[str, Any]]:
             _line(f"{name}.{k}", v, None, None, profile["n"])
             for k, v in profile.items()
             if k != "n"
+        ]
+    for b in document["calibration"]["bins"]:
+        right = Share(round(b["right"] * b["n"]), b["n"])
+        key = f"right where said {b['from']:g} to {b['to']:g}"
+        rows.append(_line(key, right.value, *right.interval, b["n"]))
+    for effect, cell in document["by_effect"].items():
+        named = Share(cell["named"], cell["acted"])
+        rows.append(_line(f"{effect} named", named.value, *named.interval, named.of))
+    for truth, answers in document["confusion"].items():
+        of = sum(answers.values())
+        rows += [
+            _line(f"{truth} -> {given}", count, None, None, of)
+            for given, count in answers.items()
         ]
     return rows
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
@@ -18,6 +20,17 @@ def register(app: typer.Typer) -> None:
     """Add the command and those under it to the app."""
     example = "Example: rccsim blind make cases"
     app.add_typer(blind, name="blind", epilog=example)
+
+
+def counter(of: int) -> Callable[[int], None]:
+    """Return what shows a count on a terminal, and nothing elsewhere."""
+
+    def show(done: int) -> None:
+        if sys.stderr.isatty():
+            sys.stderr.write(f"\r{done} of {of}" + ("\n" if done >= of else ""))
+            sys.stderr.flush()
+
+    return show
 
 
 @blind.command(
@@ -54,6 +67,7 @@ def make(
         base=base_of(vehicle) if vehicle else None,
         labels=labels,
         jobs=jobs,
+        done=counter(cases),
     )
     say(f"wrote {len(seal.cases)} cases to {out}, labels to {seal.labels}")
     row = {"cases": len(seal.cases), "labels": str(seal.labels), "sha256": seal.sha256}

@@ -207,6 +207,15 @@ def test_what_cannot_be_made_is_one_error_line(words, says, tmp_path):
     assert "Traceback" not in done.stderr
 
 
+def test_a_make_that_breaks_off_leaves_nothing(tmp_path):
+    def stop(done):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        make(tmp_path / "out", cases=2, seed=1, families=["rc"], done=stop)
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_cases_are_never_mixed_with_what_is_there(tmp_path):
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "mine.txt").write_text("keep")

@@ -136,6 +136,17 @@ def test_the_confusion_matrix_counts_each_single_null_and_unknown_once(scored):
     assert sum(sum(row.values()) for row in table.values()) == 7
 
 
+def test_a_person_sees_the_whole_of_a_score(scored):
+    from rcc_sim.blind.score import table
+
+    rows = {row["figure"]: row for row in table(score(*scored))}
+    assert rows["null -> payload"]["value"] == 1
+    assert rows["rolling_resistance named"]["value"] == 1.0
+    assert rows["right where said 0.9 to 1"]["of"] == 2
+    low, high = rows["single_first"]["low_95"], rows["single_first"]["high_95"]
+    assert (low, high) == pytest.approx(measures.Share(2, 3).interval)
+
+
 def test_calibration_takes_every_claim_and_none_is_right_where_nothing_known_acts(
     scored,
 ):
