@@ -41,11 +41,10 @@ OFTEN = dict.fromkeys(
         "aerodynamic_drag",
         "road_grade",
         "headwind",
-        "slippery_patch",
     ),
     2.5,
-)
-"""Effects drawn more often than the others: those that cost energy."""
+) | {"road_grade": 6.0, "auxiliary_load": 4.0, "slippery_patch": 6.0}
+"""Effects drawn more often than the others: those that cost energy, or vary."""
 LEAST_NATS = 30.0  # what an effect must be worth beyond the tolerances
 TRIES = 40  # draws of an effect before another car is drawn
 SURVEYED = 0.45  # 1; share of cases whose road was surveyed
