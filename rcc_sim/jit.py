@@ -102,10 +102,11 @@ def _can_cache() -> bool:
 
 @functools.cache
 def source_digest() -> str:
-    """Return a digest of the package's kernel source (everything in physics/)."""
+    """Return a digest of the package's kernel source: physics/ and the blind plant."""
     package = Path(__file__).parent
     digest = hashlib.blake2b(digest_size=8)
-    for path in sorted([*package.glob("physics/**/*.py"), Path(__file__)]):
+    kernels = [*package.glob("physics/**/*.py"), *package.glob("blind/plant*.py")]
+    for path in sorted([*kernels, Path(__file__)]):
         digest.update(path.relative_to(package).as_posix().encode())
         digest.update(path.read_bytes())
     return digest.hexdigest()

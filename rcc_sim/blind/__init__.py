@@ -1,0 +1,1 @@
+"""Data whose effect is withheld: made, diagnosed, scored."""

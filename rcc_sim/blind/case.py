@@ -1,0 +1,372 @@
+"""One case: a true vehicle, its nominal file, two drives, and the label."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rcc_sim.blind import sensors
+from rcc_sim.blind.bases import BASES, TOLERANCES, WEIGHTS, Base, moved, stated, truth
+from rcc_sim.blind.drives import (
+    SLOPE_STEP,
+    STYLES,
+    TIMING,
+    Road,
+    drive,
+    hills,
+    smooth,
+)
+from rcc_sim.blind.nominal import vehicle_text
+from rcc_sim.blind.plant import GRAVITY, Drive, Truth
+from rcc_sim.blind.strengths import HILLS_LENGTH, Scene, Withheld, draws
+from rcc_sim.blind.unknowns import UNKNOWNS
+from rcc_sim.blind.worth import Yardstick, coarse, fine
+
+Array = NDArray[np.float64]
+OFTEN = dict.fromkeys(
+    (
+        "drivetrain_damping",
+        "drivetrain_friction",
+        "copper_loss",
+        "iron_loss",
+        "auxiliary_load",
+        "battery_resistance",
+        "regeneration_limit",
+        "payload",
+        "rolling_resistance",
+        "aerodynamic_drag",
+        "road_grade",
+        "headwind",
+    ),
+    2.5,
+) | {"road_grade": 6.0, "auxiliary_load": 4.0, "slippery_patch": 6.0}
+"""Effects drawn more often than the others: those that cost energy, or vary."""
+LEAST_NATS = 30.0  # what an effect must be worth beyond the tolerances
+TRIES = 40  # draws of an effect before another car is drawn
+SURVEYED = 0.45  # 1; share of cases whose road was surveyed
+HILLY = 0.2  # 1; share of surveyed roads that are not level
+NO_SLIDE = 0.93  # 1; most lateral acceleration, of what the tyres can hold
+ACTING = 0.1  # 1; share of its greatest activity above which an unknown acts
+
+# which stated figure an effect hides, where the file would have it
+HIDES = {
+    "drivetrain_damping": "visc",
+    "rotor_inertia": "J",
+    "copper_loss": "R_phase",
+    "rolling_resistance": "C_rr",
+    "aerodynamic_drag": "drag_area",
+    "speed_dead_zone": "dead_zone",
+    "regeneration_limit": "regen",
+}
+SCALES = {
+    "wheel_radius": "r_w",
+    "front_cornering_stiffness": "C_F",
+    "rear_cornering_stiffness": "C_R",
+    "yaw_inertia": "I_z",
+}
+TOGETHER_NOT = (
+    {"rolling_resistance", "drivetrain_friction", "road_grade"},
+    {"drivetrain_damping", "iron_loss"},
+    {"aerodynamic_drag", "headwind"},
+)
+"""Of each of these no log can tell which; a pair never holds two of one."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """What is written of one case."""
+
+    vehicle: str
+    logs: dict[str, dict[str, Array]]
+    label: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A car on its road, before an effect is chosen."""
+
+    car: Base
+    file: Base
+    pulls: dict[str, float]
+    p: Truth
+    road: Road
+    drive: Drive
+    surveyed: bool
+
+
+class Unfit(Exception):
+    """A draw that will not do; another is made."""
+
+
+def make_case(
+    name: str,
+    kind: str,
+    rng: np.random.Generator,
+    families: Sequence[str],
+    base: Base | None = None,
+) -> Case:
+    """Draw one case of a kind: ``single``, ``pair``, ``null`` or ``unknown``."""
+    while True:
+        family = base.family if base else str(rng.choice(list(families)))
+        try:
+            setting = _setting(family, kind, rng, base)
+            effects, nats = _effects(setting, kind, rng)
+            return _recorded(name, kind, setting, effects, nats, rng)
+        except Unfit:
+            continue
+
+
+def _setting(
+    family: str, kind: str, rng: np.random.Generator, base: Base | None
+) -> Setting:
+    if base is None:
+        choice = [b for b in BASES if b.family == family]
+        weights = np.array([WEIGHTS[b.name] for b in choice])
+        base = choice[int(rng.choice(len(choice), p=weights / weights.sum()))]
+    car = moved(base, rng)
+    file, _, pulls = stated(car, rng)
+    how = TIMING[family]
+    surveyed = kind == "unknown" or rng.random() < SURVEYED
+    slope = np.zeros(2)
+    if surveyed and family == "ev" and rng.random() < HILLY:
+        slope = hills(HILLS_LENGTH, float(rng.uniform(0.004, 0.012)), rng)
+    road = Road(
+        slope=slope,
+        aux=np.zeros(1),
+        rough=float(rng.uniform(*how.rough)),
+        rough_s=float(rng.uniform(*how.rough_s)),
+    )
+    style = str(rng.choice(list(STYLES[family])))
+    return Setting(
+        car, file, pulls, truth(car, file.r_w), road, drive(car, road, style, rng)[0],
+        bool(surveyed),
+    )  # fmt: skip
+
+
+def replaced(p: Truth, changes: Mapping[str, Any]) -> Truth:
+    """Return the truth with some figures replaced."""
+    return p._replace(**changes)
+
+
+def with_effects(
+    p: Truth, road: Road, d: Drive, effects: Sequence[Withheld], off: Sequence[Withheld]
+) -> tuple[Truth, Drive]:
+    """Return the truth and the drive with some effects on and others off."""
+    slope, aux = road.slope, road.aux
+    for w in off:
+        p = replaced(p, w.off)
+    for w in effects:
+        changes = {
+            k: v / w.off[k] * getattr(p, k)
+            if k in ("m", "I_z", "C_F", "C_R") and w.off.get(k)
+            else v
+            for k, v in w.on.items()
+        }
+        p = replaced(p, changes)
+        slope = w.slope if w.slope is not None else slope
+        aux = w.aux if w.aux is not None else aux
+    return p, d._replace(slope=slope, aux=aux)
+
+
+def _read(rows: Array, family: str, effects: Sequence[Withheld]) -> Array:
+    """Return the rows with what effects of a sensor do to them."""
+    rows = rows.copy()
+    for w in effects:
+        for channel, (scale, bias) in w.sensor.items():
+            place = sensors.SENSORS[family][channel].place
+            rows[:, place] = rows[:, place] * scale + bias
+    return rows
+
+
+def _effects(
+    at: Setting, kind: str, rng: np.random.Generator
+) -> tuple[list[Withheld], dict[str, float]]:
+    """Draw what acts, strong enough to be seen; and what it is worth. [nats]"""
+    family = at.car.family
+    if kind == "null":
+        return [], {}
+    level = smooth(at.drive)
+    most = coarse(at.p, level, family)[:, 4]
+    scene = Scene(
+        at.car, at.p, float(most.max()), float(max(-most.min(), 0.0) * at.p.K_t)
+    )
+    pool = UNKNOWNS if kind == "unknown" else draws(family)
+    names = [n for n in pool if not (n == "road_grade" and at.surveyed)]
+    weights = np.array([OFTEN.get(n, 1.0) for n in names])
+    weights /= weights.sum()
+    count = 2 if kind == "pair" else 1
+    for _ in range(TRIES):
+        chosen = [str(n) for n in rng.choice(names, count, replace=False, p=weights)]
+        if any(len(tied & set(chosen)) > 1 for tied in TOGETHER_NOT):
+            continue
+        if len({"cg_shift", "payload", "wheel_radius"} & set(chosen)) > 1:
+            continue
+        effects = [pool[n](scene, rng) for n in chosen]
+        nats = _worth(at, level, effects)
+        if all(v >= LEAST_NATS for v in nats.values()):
+            return effects, nats
+    raise Unfit
+
+
+def _worth(at: Setting, level: Drive, effects: list[Withheld]) -> dict[str, float]:
+    """Return what each effect is worth beyond tolerances and the other one. [nats]"""
+    family = at.car.family
+    p, d = with_effects(at.p, at.road, level, effects, [])
+    whole = _read(coarse(p, d, family), family, effects)
+    if not sound(whole, at.car, p.mu):
+        return {w.effect: 0.0 for w in effects}
+    hidden = {HIDES.get(w.effect) for w in effects}
+    known = [n for n in TOLERANCES if n not in hidden and getattr(at.car, n) > 0]
+    p, d = with_effects(at.p, at.road, level, [], effects)
+    rough = at.drive._replace(slope=d.slope, aux=d.aux)
+    residual = coarse(p, rough, family) - coarse(p, d, family)
+    rule = Yardstick(family, p, d, known, residual)
+    changes = []
+    for w in effects:
+        rest = [o for o in effects if o is not w]
+        p, d = with_effects(at.p, at.road, level, rest, [w])
+        changes.append(whole - _read(coarse(p, d, family), family, rest))
+    return {
+        w.effect: rule.nats(changes[k], [c for j, c in enumerate(changes) if j != k])
+        for k, w in enumerate(effects)
+    }
+
+
+def sound(rows: Array, car: Base, mu: float) -> bool:
+    """Tell whether a drive stayed on the road: finite, no spin, no slide, no stall."""
+    if not np.isfinite(rows).all():
+        return False
+    if np.abs(rows[:, 3]).max() > NO_SLIDE * mu * GRAVITY:
+        return False
+    still_turning = np.abs(rows[:, 1]).max() < (3.0 if car.family == "rc" else 0.8)
+    a_y = np.abs(rows[:, 3]).max() < (9.0 if car.family == "rc" else 6.0)
+    moved_on = rows[-1, 8] > 8.0 * TIMING[car.family].seconds / 75.0
+    return bool(still_turning and a_y and moved_on)
+
+
+def _recorded(
+    name: str,
+    kind: str,
+    at: Setting,
+    effects: list[Withheld],
+    nats: dict[str, float],
+    rng: np.random.Generator,
+) -> Case:
+    """Drive twice, read the sensors, write the file and the label."""
+    family = at.car.family
+    other = drive(at.car, at.road, str(rng.choice(list(STYLES[family]))), rng)[0]
+    bias = sensors.constants(family, rng)
+    logs, windows, energy, distance = {}, {}, {}, {}
+    for part, d in (("log", at.drive), ("fresh", other)):
+        p, d = with_effects(at.p, at.road, d, effects, [])
+        rows, books = fine(p, d, family)
+        if not sound(rows, at.car, p.mu):
+            raise Unfit
+        how = TIMING[family]
+        time = np.asarray(d.rows) * (how.tick / how.substeps)
+        read = sensors.sensed(family, _read(rows, family, effects), bias, rng)
+        keep = sensors.arrived(len(rows), rng)
+        logs[part] = _columns(family, time, read, keep, d, at.surveyed)
+        windows[part] = acting(time, rows[:, 9]) if kind == "unknown" else []
+        energy[part] = books["battery"] / 3600.0
+        distance[part] = float(rows[-1, 8])
+    hidden = {HIDES[w.effect] for w in effects if w.effect in HIDES}
+    if kind == "unknown" and not windows["log"]:
+        raise Unfit
+    label = {
+        "family": family,
+        "kind": kind,
+        "effects": [] if kind == "unknown" else [w.effect for w in effects],
+        "magnitudes": {w.effect: w.magnitudes for w in effects},
+        "over_file": over_file(at, effects),
+        "nats_beyond_tolerances": {k: round(v, 1) for k, v in nats.items()},
+        "energy_wh": energy["log"],
+        "distance_m": distance["log"],
+        "fresh": {"energy_wh": energy["fresh"], "distance_m": distance["fresh"]},
+        "base": at.car.name,
+        "surveyed": at.surveyed,
+        "hilly": bool(np.any(at.road.slope)),
+        "windows": windows,
+        "profiles": _profiles(effects, at.p, distance["log"]),
+        "pulls_in_sds": {k: round(v, 2) for k, v in at.pulls.items()},
+    }
+    return Case(vehicle_text(name, at.file, hidden), logs, label)
+
+
+def over_file(at: Setting, effects: Sequence[Withheld]) -> dict[str, dict[str, float]]:
+    """Return magnitudes against the file's figure, for effects that change one.
+
+    ``magnitudes`` hold what was drawn, against the true figure; the file's is off by
+    its own error, which a log cannot tell from the effect's.
+    """
+    found = {}
+    for w in effects:
+        if w.effect == "payload":
+            more = at.car.m - at.file.m + w.magnitudes["mass_kg"]
+            found["payload"] = {"mass_kg": more}
+        elif w.effect in SCALES:
+            name = SCALES[w.effect]
+            share = getattr(at.car, name) / getattr(at.file, name)
+            found[w.effect] = {"scale": w.magnitudes["scale"] * share}
+    return found
+
+
+def _columns(
+    family: str,
+    time: Array,
+    read: dict[str, Array],
+    keep: NDArray[np.bool_],
+    d: Drive,
+    surveyed: bool,
+) -> dict[str, Array]:
+    """Return a log's columns in their order, rows that arrived alone."""
+    clock = np.floor(time / 0.01 + 1e-9).astype(int)
+    steer = np.asarray(d.steer)[clock]
+    speed = {"speed_mps": read.pop("speed_mps")}
+    columns = {"time_s": np.round(time, 6)}
+    if family == "rc":
+        columns["speed_ref_mps"] = np.round(np.asarray(d.ref)[clock], 6)
+    columns |= speed | {"steer_cmd_rad": np.round(steer, 6)} | read
+    if not surveyed:
+        del columns["elevation_m"]
+    return {k: np.round(v[keep], 6) for k, v in columns.items()}
+
+
+def acting(time: Array, activity: Array) -> list[list[float]]:
+    """Return the spans [s] in which something acted, joined across short gaps."""
+    most = activity.max(initial=0.0)
+    if most <= 0.0:
+        return []
+    on = activity > ACTING * most
+    step = float(np.median(np.diff(time)))
+    spans: list[list[float]] = []
+    for t in time[on]:
+        if spans and t - spans[-1][1] <= 5.0 * step + 1e-9:
+            spans[-1][1] = float(t)
+        else:
+            spans.append([float(t - step), float(t)])
+    return [[round(a, 4), round(b, 4)] for a, b in spans]
+
+
+def _profiles(
+    effects: Sequence[Withheld], p: Truth, distance: float
+) -> dict[str, dict[str, list[float]]]:
+    """Return what varied over the drive as it truly was."""
+    found: dict[str, dict[str, list[float]]] = {}
+    for w in effects:
+        if w.slope is not None:
+            n = int(distance / SLOPE_STEP) + 2
+            found["road_grade.slope"] = {
+                "distance_m": (np.arange(n) * SLOPE_STEP).tolist(),
+                "value": np.round(w.slope[:n], 7).tolist(),
+            }
+        if w.aux is not None:
+            found["auxiliary_load.power_w"] = {
+                "time_s": np.arange(len(w.aux), dtype=float).tolist(),
+                "value": np.round(w.aux + p.P_aux, 4).tolist(),
+            }
+    return found
