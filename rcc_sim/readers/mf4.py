@@ -1,0 +1,6 @@
+NAME = "mf4"
+SUMMARY = ""
+
+
+def sniff(source):
+    return False

@@ -1,0 +1,6 @@
+NAME = "ros1"
+SUMMARY = ""
+
+
+def sniff(source):
+    return False

@@ -1,0 +1,6 @@
+NAME = "ros2"
+SUMMARY = ""
+
+
+def sniff(source):
+    return False
