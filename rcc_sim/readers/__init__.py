@@ -5,10 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import IO
 
-from rcc_sim.readers.column_map import load_map
+from rcc_sim.readers.car import with_vehicle
+from rcc_sim.readers.column_map import load_map, shipped_maps
+from rcc_sim.readers.commands import write_commands
 from rcc_sim.readers.log import Log, Mapped, on_one_clock
 from rcc_sim.readers.plugins import Reader, named, readers, sniffed
-from rcc_sim.readers.source import open_source
+from rcc_sim.source import open_source
 
 __all__ = [
     "Log",
@@ -19,6 +21,9 @@ __all__ = [
     "on_one_clock",
     "read_log",
     "readers",
+    "shipped_maps",
+    "with_vehicle",
+    "write_commands",
 ]
 
 

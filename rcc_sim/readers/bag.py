@@ -114,11 +114,15 @@ def _wanted(bag: Any, by: ColumnMap, report: Report) -> dict[str, Topic]:
 
 
 def _collect(
-    bag: Any, topics: dict[str, Topic], report: Report, kinds: tuple[type[Exception], ...]
+    bag: Any,
+    topics: dict[str, Topic],
+    report: Report,
+    kinds: tuple[type[Exception], ...],
 ) -> None:
     """Read the messages; a topic whose messages cannot be read is dropped, and said."""
     getters: dict[str, Callable[[Any], tuple[float, ...]]] = {}
     failed: dict[str, str] = {}
+    unreadable: tuple[type[Exception], ...] = (*kinds, KeyError, AssertionError)
     chosen = [c for c in bag.connections if c.topic in topics]
     for connection, stamp, raw in bag.messages(connections=chosen):
         name = connection.topic
@@ -127,7 +131,7 @@ def _collect(
         topic = topics[name]
         try:
             message = _message(bag, raw, connection.msgtype)
-        except (*kinds, KeyError, AssertionError) as error:
+        except unreadable as error:
             failed[name] = f"{connection.msgtype}: {str(error)[:80]}"
             continue
         if name not in getters:
@@ -144,19 +148,14 @@ def _collect(
 
 def _message(bag: Any, raw: bytes, kind: str) -> Any:
     """A message; where the bag does not say the layout, by each that is known."""
+    from rosbags.highlevel.anyreader import AnyReaderError as Unreadable
+
     try:
         return bag.deserialize(raw, kind)
-    except (KeyError, bag_error()):
+    except (KeyError, Unreadable):
         if not bag.is2 or not kind.startswith("vesc_msgs/"):
             raise
         return typestores()[1].deserialize_cdr(raw, kind)
-
-
-def bag_error() -> type[Exception]:
-    """Return what `AnyReader` raises."""
-    from rosbags.highlevel.anyreader import AnyReaderError
-
-    return AnyReaderError
 
 
 def _own_stamp(message: Any) -> int:
@@ -236,7 +235,7 @@ def _clock(name: str, topic: Topic, report: Report) -> NDArray[np.int64]:
     if not stamped.any():
         return received
     lag = (received - stamped) / 1e9
-    if (stamped <= 0).any() or np.abs(lag).max() > SANE_LAG:
+    if (stamped < 0).any() or np.abs(lag).max() > SANE_LAG:
         report.notes.append(f"{name}: its own stamps are not sound: receipt is taken")
         return received
     if np.median(lag) > 0.005:

@@ -173,7 +173,7 @@ def unwrapped(time: Array, period: float) -> Array:
     """A clock that starts over, as one that goes on. [s]"""
     step = np.diff(time, prepend=time[:1])
     step[np.isnan(step)] = 0.0
-    turns = np.cumsum(step < -period / 2) - np.cumsum(step > period / 2)
+    turns: Array = np.cumsum(step < -period / 2) - np.cumsum(step > period / 2)
     return np.where(np.isnan(time), np.nan, time + period * turns)
 
 
@@ -215,9 +215,7 @@ def _dead(term: Term, values: Array) -> str:
     return ""
 
 
-def _rows(
-    where: Where | None, columns: dict[str, Column]
-) -> NDArray[np.bool_] | None:
+def _rows(where: Where | None, columns: dict[str, Column]) -> NDArray[np.bool_] | None:
     if where is None or where.source not in columns:
         return None
     column = columns[where.source]

@@ -6,7 +6,7 @@ import math
 import re
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -122,6 +122,8 @@ class ColumnMap:
     ----------
     name, where : str
         The file's stem, and its path for errors.
+    title, origin : str
+        What it is for, and where that is known from.
     shipped : bool
         Whether it came with a package; then a column that a file lacks is no error.
     format : str
@@ -145,6 +147,8 @@ class ColumnMap:
     name: str
     where: str
     shipped: bool
+    title: str = ""
+    origin: str = ""
     format: str = "csv"
     header: tuple[str, ...] = ()
     separator: str = ""
@@ -154,7 +158,7 @@ class ColumnMap:
     rate_hz: float = 0.0
     carry_tenths: bool = False
     notes: tuple[str, ...] = ()
-    columns: Mapping[str, tuple[Term, ...]] = None  # type: ignore[assignment]
+    columns: Mapping[str, tuple[Term, ...]] = field(default_factory=dict)
 
     def wanted(self) -> list[str]:
         """Names that any of the columns may need."""
@@ -215,6 +219,8 @@ def _load(path: Path, *, shipped: bool) -> ColumnMap:
         name=path.stem,
         where=where,
         shipped=shipped,
+        title=str(head.get("title", "")),
+        origin=str(head.get("source", "")),
         format=str(head.get("format", "csv")),
         header=tuple(head.get("header", ())),
         separator=SEPARATORS.get(separator, separator),

@@ -1,4 +1,4 @@
-"""A table of text: its header, its separator, its numbers, and what is wrong with it."""
+"""A table of text: how it is written, its numbers, and what is wrong with it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 
 from rcc_sim.errors import InputError
 from rcc_sim.readers.log import Array
-from rcc_sim.readers.source import MAX_ROWS, Source
+from rcc_sim.source import MAX_ROWS, Source
 
 SEPARATORS = (",", ";", "\t", "|")
 BLANKS = ["", "nan", "NaN", "NAN", "-nan", "NA", "N/A", "n/a", "null", "NULL", "None"]
@@ -135,10 +135,12 @@ def read_columns(
         name = read.column_names[0]
         values = read.column(0)
         read = read.remove_column(0)
-        columns[name] = (
-            values.to_pylist() if name in text else values.to_numpy().astype(float)
-        )
+        columns[name] = values.to_pylist() if name in text else _own(values.to_numpy())
     return columns, notes
+
+
+def _own(values: Array) -> Array:
+    return values if values.flags.writeable else values.copy()
 
 
 def is_number(word: str, decimal: str = ".") -> bool:

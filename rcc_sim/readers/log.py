@@ -13,7 +13,13 @@ from rcc_sim.trace import Trace
 
 Array = NDArray[np.float64]
 
-HELD = ("speed_ref_mps", "throttle", "steer_cmd_rad", "steering", "motor_speed_ref_erpm")
+HELD = (
+    "speed_ref_mps",
+    "throttle",
+    "steer_cmd_rad",
+    "steering",
+    "motor_speed_ref_erpm",
+)
 """Commands: each holds until the next one."""
 
 

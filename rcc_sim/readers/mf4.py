@@ -19,7 +19,7 @@ from rcc_sim.readers.column_map import ColumnMap, matching, shipped_maps
 from rcc_sim.readers.extras import broken_file, library
 from rcc_sim.readers.log import Array, Log, Mapped
 from rcc_sim.readers.own import UNITLESS
-from rcc_sim.readers.source import Source
+from rcc_sim.source import Source
 from rcc_sim.units import unit_of
 
 NAME = "mf4"

@@ -9,7 +9,7 @@ from rcc_sim.readers.build import Report, finished
 from rcc_sim.readers.column_map import ColumnMap
 from rcc_sim.readers.csv_table import TextTable, is_number, read_columns, text_table
 from rcc_sim.readers.log import Log, Mapped
-from rcc_sim.readers.source import Source
+from rcc_sim.source import Source
 from rcc_sim.units import unit_of
 
 NAME = "rccsim"

@@ -17,7 +17,7 @@ from rcc_sim.readers.build import (
 )
 from rcc_sim.readers.column_map import ColumnMap, matching, shipped_maps
 from rcc_sim.readers.log import Array, Log, Mapped
-from rcc_sim.readers.source import MAX_ROWS, Source
+from rcc_sim.source import MAX_ROWS, Source
 
 NAME = "parquet"
 SUMMARY = "Parquet, in rccsim's own columns or by a column map"

@@ -22,7 +22,7 @@ from rcc_sim.readers.csv_table import (
     text_table,
 )
 from rcc_sim.readers.log import Array, Log, Mapped
-from rcc_sim.readers.source import Source
+from rcc_sim.source import Source
 
 NAME = "csv"
 SUMMARY = "CSV of any columns, by a column map (--map); some maps are shipped"
@@ -106,9 +106,7 @@ def _words(by: ColumnMap, wanted: list[str]) -> set[str]:
     return found & set(wanted)
 
 
-def _column(
-    by: ColumnMap, name: str, values: Array | list[str], where: str
-) -> Column:
+def _column(by: ColumnMap, name: str, values: Array | list[str], where: str) -> Column:
     if not isinstance(values, list):
         return Column(values)
     terms = [term for terms in by.columns.values() for term in terms]

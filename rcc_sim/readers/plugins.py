@@ -8,7 +8,7 @@ from typing import Protocol
 from rcc_sim.errors import InputError
 from rcc_sim.readers.column_map import ColumnMap
 from rcc_sim.readers.log import Log
-from rcc_sim.readers.source import Source
+from rcc_sim.source import Source
 
 SHIPPED = ("own", "vesc_tool", "parquet", "ros1", "ros2", "mf4", "plain_csv")
 """Files of this folder, in the order that they are asked."""

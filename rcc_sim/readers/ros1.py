@@ -5,7 +5,7 @@ from __future__ import annotations
 from rcc_sim.readers.bag import read_bag
 from rcc_sim.readers.column_map import ColumnMap
 from rcc_sim.readers.log import Log
-from rcc_sim.readers.source import Source
+from rcc_sim.source import Source
 
 NAME = "ros1"
 SUMMARY = "ROS 1 bag (.bag, also .gz); needs rccsim[ros]"

@@ -6,7 +6,7 @@ from rcc_sim.errors import InputError
 from rcc_sim.readers.bag import read_bag
 from rcc_sim.readers.column_map import ColumnMap
 from rcc_sim.readers.log import Log
-from rcc_sim.readers.source import Source
+from rcc_sim.source import Source
 
 NAME = "ros2"
 SUMMARY = "ROS 2 bag: folder, .mcap or .db3; needs rccsim[ros]"

@@ -6,7 +6,7 @@ from rcc_sim.readers import plain_csv
 from rcc_sim.readers.column_map import ColumnMap, load_map
 from rcc_sim.readers.csv_table import text_table
 from rcc_sim.readers.log import Log
-from rcc_sim.readers.source import Source
+from rcc_sim.source import Source
 
 NAME = "vesc_tool"
 SUMMARY = "VESC Tool's realtime CSV"

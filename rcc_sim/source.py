@@ -11,7 +11,7 @@ import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO
+from typing import IO, cast
 
 from rcc_sim.errors import InputError
 
@@ -64,7 +64,7 @@ class Source:
             While reading, if it is a broken or a hugely expanding gzip file.
         """
         with self._raw() as raw:
-            yield _Unpacked(raw, self.name) if self.packed else raw
+            yield cast("IO[bytes]", _Unpacked(raw, self.name)) if self.packed else raw
 
     @contextlib.contextmanager
     def unpacked_path(self, suffix: str) -> Iterator[Path]:
@@ -77,7 +77,7 @@ class Source:
             return
         with tempfile.TemporaryDirectory(prefix="rccsim-") as folder:
             path = Path(folder, f"log{suffix}")
-            if self.path is not None and not self.packed:
+            if self.path is not None and not self.packed:  # a name that they know
                 path.symlink_to(self.path.resolve())
             else:
                 with self.stream() as stream, path.open("wb") as file:
@@ -91,10 +91,11 @@ class Source:
             yield io.BytesIO(self.data)
             return
         try:
-            with self.path.open("rb") as file:
-                yield file
+            file = self.path.open("rb")
         except OSError as error:
             raise unreadable(self.name, error) from None
+        with file:
+            yield file
 
 
 class _Unpacked(io.RawIOBase):
@@ -108,9 +109,10 @@ class _Unpacked(io.RawIOBase):
         return True
 
     def read(self, size: int = -1) -> bytes:
-        wanted = 1 << 20 if size is None or size < 0 else size
+        if size is None or size < 0:
+            return self.readall()
         try:
-            block = self.file.read(wanted)
+            block = self.file.read(size)
         except EOFError:
             raise InputError(
                 f"{self.name}: the gzip file is cut short",
