@@ -11,7 +11,7 @@ import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, cast
+from typing import IO, Any, cast
 
 from rcc_sim.errors import InputError
 
@@ -67,6 +67,25 @@ class Source:
             yield cast("IO[bytes]", _Unpacked(raw, self.name)) if self.packed else raw
 
     @contextlib.contextmanager
+    def arrow_file(self) -> Iterator[Any]:
+        """Open it for Arrow, whose threads must not meet an exception.
+
+        Raises
+        ------
+        InputError
+            On leaving, what `stream` would have raised while reading.
+        """
+        import pyarrow
+
+        with self.stream() as stream:
+            calm = _Calm(stream)
+            try:
+                yield pyarrow.PythonFile(calm, mode="r")
+            finally:
+                if calm.error is not None:
+                    raise calm.error from None
+
+    @contextlib.contextmanager
     def unpacked_path(self, suffix: str) -> Iterator[Path]:
         """Path of an unpacked file, for libraries that want one."""
         if self.path is not None and not self.packed and self.path.suffix == suffix:
@@ -96,6 +115,25 @@ class Source:
             raise unreadable(self.name, error) from None
         with file:
             yield file
+
+
+class _Calm(io.RawIOBase):
+    """A stream that ends where it fails, and keeps the error."""
+
+    def __init__(self, file: IO[bytes]) -> None:
+        self.file = file
+        self.error: InputError | None = None
+
+    def readable(self) -> bool:
+        return True
+
+    def read(self, size: int = -1) -> bytes:
+        if self.error is None:
+            try:
+                return self.file.read(size)
+            except InputError as error:
+                self.error = error
+        return b""
 
 
 class _Unpacked(io.RawIOBase):
@@ -158,6 +196,8 @@ def open_source(path: str | Path, stdin: IO[bytes] | None = None) -> Source:
     if not head.strip():
         hint = "the command before the pipe wrote nothing" if piped else ""
         raise InputError(f"{name}: the file is empty", hint)
+    if not head.strip(b"\0"):
+        raise InputError(f"{name}: begins with nothing but zeros: not a log")
     return Source(name, place, data=data, head=head, packed=start == GZIP)
 
 
@@ -177,7 +217,7 @@ def _whole(place: Path | None, stdin: IO[bytes] | None, name: str) -> bytes:
 def _drained(file: IO[bytes], name: str) -> bytes:
     first = file.read(BLOCK)
     if first and not first.strip(b"\0"):
-        raise InputError(f"{name}: holds nothing but zeros: not a log")
+        raise InputError(f"{name}: begins with nothing but zeros: not a log")
     return first + file.read()
 
 

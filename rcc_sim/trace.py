@@ -143,9 +143,9 @@ def _csv(source: Source) -> Any:
     import pyarrow
     from pyarrow import csv
 
-    with source.stream() as stream:
+    with source.arrow_file() as stream:
         try:
-            return csv.read_csv(pyarrow.PythonFile(stream, mode="r"))
+            return csv.read_csv(stream)
         except pyarrow.ArrowInvalid as error:
             reason = str(error).partition("\n")[0]
             raise InputError(f"{source.name}: not a CSV table: {reason}") from None

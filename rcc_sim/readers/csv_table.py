@@ -179,10 +179,10 @@ def _arrow(table: TextTable, words: dict[str, bool], faults: Any) -> Any:
         check_utf8=False,
         decimal_point=table.decimal,
     )
-    with table.source.stream() as stream:
+    with table.source.arrow_file() as stream:
         try:
             found = arrow_csv.read_csv(
-                pyarrow.PythonFile(stream, mode="r"),
+                stream,
                 read_options=read,
                 parse_options=parse,
                 convert_options=convert,

@@ -7,6 +7,7 @@ from typing import Protocol
 
 from rcc_sim.errors import InputError
 from rcc_sim.readers.column_map import ColumnMap
+from rcc_sim.readers.csv_table import text_table
 from rcc_sim.readers.log import Log
 from rcc_sim.source import Source
 
@@ -80,6 +81,8 @@ def sniffed(source: Source, columns: ColumnMap | None = None) -> Reader:
             continue
         if reader.sniff(source):
             return reader
+    if columns is not None and text_table(source) is not None:
+        return named("csv")
     names = ", ".join(reader.NAME for reader in readers())
     what = "a folder" if source.path and source.path.is_dir() else "a file"
     raise InputError(
