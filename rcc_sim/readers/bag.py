@@ -69,14 +69,15 @@ def read_bag(path: Path, where: str, reader: str, columns: ColumnMap | None) -> 
     from rosbags.serde import SerdeError
     from rosbags.typesys.base import TypesysError
 
-    kinds = (AnyReaderError, Error1, Error2, SerdeError, TypesysError)
+    sqlite = library("apsw", "ros", where)
+    kinds = (AnyReaderError, Error1, Error2, SerdeError, TypesysError, sqlite.Error)
     hint = "if its recording was cut off: `rosbag reindex` or `ros2 bag reindex`"
     report = Report()
     with broken_file(where, "bag", *kinds, hint=hint):
         bag = highlevel.AnyReader([path], default_typestore=typestores()[0])
         with bag:
             by = columns or _map_of(bag.topics)
-            topics = _wanted(bag, by, report)
+            topics = _wanted(bag, by, report, where)
             _collect(bag, topics, report, kinds)
     report.notes.insert(0, f"column map {by.name}")
     report.notes += by.notes
@@ -88,7 +89,7 @@ def _map_of(topics: Iterable[str]) -> ColumnMap:
     return matching(list(maps.values()), list(topics)) or maps["f1tenth"]
 
 
-def _wanted(bag: Any, by: ColumnMap, report: Report) -> dict[str, Topic]:
+def _wanted(bag: Any, by: ColumnMap, report: Report, where: str) -> dict[str, Topic]:
     """Topics to read, and the fields of each; the others are dropped."""
     fields: dict[str, dict[str, None]] = {}
     for name in by.wanted():
@@ -107,7 +108,7 @@ def _wanted(bag: Any, by: ColumnMap, report: Report) -> dict[str, Topic]:
             report.dropped.append(f"{topic} ({info.msgtype}, {info.msgcount})")
     if not kept:
         raise InputError(
-            f"{bag.paths[0].name}: no topic that the map {by.name} names",
+            f"{where}: no topic that the map {by.name} names",
             f"it has {', '.join(bag.topics) or 'none'}; name yours with --map",
         )
     return kept
@@ -250,7 +251,8 @@ def _mend_imu(columns: dict[str, Column], report: Report) -> None:
         keys = [f"{head}linear_acceleration.{axis}" for axis in "xyz"]
         if not all(key in columns for key in keys):
             continue
-        size = np.sqrt(sum(columns[key].values ** 2 for key in keys))
+        x, y, z = (columns[key].values for key in keys)
+        size = np.hypot(np.hypot(x, y), z)
         if not 0.5 < float(np.nanmedian(size)) < 2.0:
             continue
         report.guessed.append(

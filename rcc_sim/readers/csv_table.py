@@ -242,7 +242,7 @@ def _row_of(table: TextTable, text: str) -> tuple[int, bool]:
                 skip -= 1
                 continue
             row += bool(line.strip())
-            if line.rstrip("\r\n") == text or text in line:
+            if line.rstrip("\r\n") == text.rstrip("\r\n"):
                 return row, not next(lines, "").strip()
     return row, True
 

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
+import gc
+import sys
+import traceback
+from typing import IO, Any
 
 import numpy as np
 
@@ -16,7 +19,7 @@ from rcc_sim.readers.build import (
     mapped_columns,
 )
 from rcc_sim.readers.column_map import ColumnMap, matching, shipped_maps
-from rcc_sim.readers.extras import broken_file, library
+from rcc_sim.readers.extras import BROKEN, broken_file, library
 from rcc_sim.readers.log import Array, Log, Mapped
 from rcc_sim.readers.own import UNITLESS
 from rcc_sim.source import Source
@@ -47,7 +50,8 @@ def read(source: Source, columns: ColumnMap | None = None) -> Log:
     with (
         broken_file(source.name, "MDF file", errors.MdfException),
         source.unpacked_path(".mf4") as path,
-        asammdf.MDF(str(path)) as file,
+        path.open("rb") as raw,
+        _opened(asammdf, raw, errors.MdfException) as file,
     ):
         names = list(file.channels_db)
         clocks = set(file.masters_db.values())
@@ -105,6 +109,21 @@ def _channels(
             clocks.append(np.array(signal.timestamps, dtype=float))
         found[name] = Column(np.array(signal.samples, dtype=float), groups[group])
     return found, clocks
+
+
+def _opened(asammdf: Any, raw: IO[bytes], broken: type[Exception]) -> Any:
+    """An open file; a half-made one is buried here, as it would cry on stderr later."""
+    try:
+        return asammdf.MDF(raw)
+    except (*BROKEN, broken) as error:
+        hook = sys.unraisablehook
+        sys.unraisablehook = lambda _: None
+        try:
+            traceback.clear_frames(error.__traceback__)
+            gc.collect()
+        finally:
+            sys.unraisablehook = hook
+        raise
 
 
 def _is_ours(name: str) -> bool:

@@ -51,13 +51,13 @@ def read(source: Source, columns: ColumnMap | None = None) -> Log:
     report = Report(notes=[f"column map {by.name}", *by.notes])
     names = [n for n in table.names if n]
     wanted = list(dict.fromkeys(n for w in by.wanted() if (n := find(names, w))))
-    if not wanted:
+    if not wanted and by.shipped:
         raise InputError(
             f"{source.name}: has none of the columns that the map {by.name} names",
             f"it has {', '.join(names[:40])}",
         )
     text = _words(by, wanted)
-    parsed, notes = read_columns(table, wanted, text=text)
+    parsed, notes = read_columns(table, wanted, text=text) if wanted else ({}, [])
     report.notes += notes
     source_columns = {
         name: _column(by, name, values, source.name) for name, values in parsed.items()
