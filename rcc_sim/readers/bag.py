@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from array import array
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from operator import attrgetter
@@ -41,16 +42,16 @@ class Topic:
     ----------
     fields : tuple of str
         What to take of each message.
-    received, stamped : list of int
+    received, stamped : array of int
         When it was recorded, and its own stamp, 0 where it has none. [ns]
-    rows : list of tuple
-        The fields' values.
+    values : array of float
+        The fields' values, message after message.
     """
 
     fields: tuple[str, ...]
-    received: list[int] = field(default_factory=list)
-    stamped: list[int] = field(default_factory=list)
-    rows: list[tuple[float, ...]] = field(default_factory=list)
+    received: array[int] = field(default_factory=lambda: array("q"))
+    stamped: array[int] = field(default_factory=lambda: array("q"))
+    values: array[float] = field(default_factory=lambda: array("d"))
 
 
 def read_bag(path: Path, where: str, reader: str, columns: ColumnMap | None) -> Log:
@@ -137,10 +138,13 @@ def _collect(
             continue
         if name not in getters:
             topic.fields = tuple(f for f in topic.fields if _has(message, f))
+            if not topic.fields:
+                failed[name] = f"{connection.msgtype}: has none of the map's fields"
+                continue
             getters[name] = _getter(topic.fields)
         topic.received.append(stamp)
         topic.stamped.append(_own_stamp(message))
-        topic.rows.append(getters[name](message))
+        topic.values.extend(getters[name](message))
     for name, why in failed.items():
         topics.pop(name)
         report.notes.append(f"{name}: messages of a type that cannot be read: {why}")
@@ -185,8 +189,8 @@ def _one(path: str) -> Callable[[Any], float]:
         return lambda message: _yaw(turn(message))
     found = re.fullmatch(r"(.*)\[(\d+)\]", path)
     if found:
-        array, place = attrgetter(found[1]), int(found[2])
-        return lambda message: array(message)[place]
+        whole, place = attrgetter(found[1]), int(found[2])
+        return lambda message: whole(message)[place]
     return attrgetter(path)
 
 
@@ -200,7 +204,7 @@ def _yaw(q: Any) -> float:
 def _log(
     where: str, reader: str, topics: dict[str, Topic], by: ColumnMap, report: Report
 ) -> Log:
-    full = {name: topic for name, topic in topics.items() if topic.rows}
+    full = {name: topic for name, topic in topics.items() if topic.received}
     for name in topics.keys() - full.keys():
         report.notes.append(f"{name}: no message")
     if not full:
@@ -214,9 +218,9 @@ def _log(
         report.notes.append(f"time_s 0 is stamp {base // 1_000_000_000} s")
     columns: dict[str, Column] = {}
     for k, (name, topic) in enumerate(full.items()):
-        values = np.array(topic.rows, dtype=float).reshape(len(topic.rows), -1)
+        values = np.array(topic.values).reshape(len(topic.received), -1)
         for place, path in enumerate(topic.fields):
-            columns[f"{name}:{path}"] = Column(values[:, place], clock=k)
+            columns[f"{name}:{path}"] = Column(values[:, place].copy(), clock=k)
     _mend_imu(columns, report)
     names = list(columns)
     found = mapped_columns(columns, names, by, report)

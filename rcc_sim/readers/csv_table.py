@@ -77,7 +77,7 @@ def text_table(
     """
     encoding = encoding or _encoding(source.head)
     text = source.head.decode(encoding, errors="ignore").removeprefix("\ufeff")
-    if not text or sum(not (c.isprintable() or c in "\t\r\n") for c in text):
+    if not text or any(c < " " and c not in "\t\r\n" for c in text):
         return None
     lines = text.splitlines()[skip_rows:]
     blank = next((k for k, line in enumerate(lines) if line.strip()), len(lines))

@@ -36,6 +36,10 @@ def read(source: Source, columns: ColumnMap | None = None) -> Log:
     table = text_table(source)
     if table is None:
         raise InputError(f"{source.name}: not a CSV table")
+    twice = next((n for n in table.names if n.endswith(" (2)")), "")
+    if unit_of(twice.removesuffix(" (2)")) != "1":
+        name = twice.removesuffix(" (2)")
+        raise InputError(f"{source.name}: {name}: stands twice in the header")
     report = Report()
     wanted = [n for k, n in enumerate(table.names) if n and _is_ours(table, n, k)]
     report.dropped += [n for n in table.names if n and n not in wanted]

@@ -48,6 +48,7 @@ def text(tmp_path, content, name="log.csv"):
         ("time_s,speed_mps\n0,1\n1,fast\n2,3\n", ["speed_mps", "row 2", "'fast'"]),
         ("time_s,speed_mps\n0,1\n1,2,3\n2,3\n", ["row 2", "2 fields", "3"]),
         ("time_s,speed_mps\n0,1\n1\n2,3\n", ["row 2", "2 fields", "1"]),
+        ("time_s,speed_mps,speed_mps\n0,1,2\n1,2,3\n", ["speed_mps", "twice"]),
         ("time_s;speed_mps\n0;1,5\n1;2,5\n", ["speed_mps", "row 1", "'1,5'"]),
     ],
 )

@@ -72,6 +72,16 @@ def test_stamps_of_an_epoch_count_from_the_first_second_so_that_csv_holds_them(
     assert "time_s 0 is 2023-11-14T22:13:20Z" in log.notes
 
 
+def test_windows_dashes_and_byte_order_marks_do_not_hide_a_log(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_bytes(b"\xef\xbb\xbftime_s,speed_mps,note\r\n0,1,a\r\n1,2,b\r\n")
+    np.testing.assert_array_equal(read_log(path).trace["time_s"], [0, 1])
+    path.write_bytes(b"time_s,speed_mps,a \x96 b\n0,1,x\n1,2,y\n")
+    np.testing.assert_array_equal(read_log(path).trace["speed_mps"], [1, 2])
+    path.write_bytes("time_s,speed_mps\n0,1\n1,2\n".encode("utf-16"))
+    np.testing.assert_array_equal(read_log(path).trace["speed_mps"], [1, 2])
+
+
 # VESC Tool
 
 
