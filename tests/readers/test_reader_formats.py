@@ -266,6 +266,30 @@ def test_a_bag_is_the_same_by_ros1_sqlite3_mcap_folder_and_file(tmp_path):
             np.testing.assert_array_equal(trace[name], values)
 
 
+def test_the_vescs_own_imu_message_is_read_without_its_definition(tmp_path):
+    from rosbags.rosbag2 import StoragePlugin, Writer
+
+    store, kind = making.stores()[0], "vesc_msgs/msg/VescImuStamped"
+    plugin = StoragePlugin.SQLITE3
+    with Writer(tmp_path / "bag", version=8, storage_plugin=plugin) as bag:
+        link = bag.add_connection("/vesc/sensors/imu", kind, typestore=store)
+        for k in range(5):
+            values = {
+                "imu.linear_acceleration.x": 0.1,
+                "imu.linear_acceleration.z": 1.0,
+                "imu.angular_velocity.z": 90.0,
+            }
+            message = making.filled(
+                store, kind, header=making.header(store, k * 10**8), **values
+            )
+            bag.write(link, k * 10**8, store.serialize_cdr(message, kind))
+    making.without_definitions(tmp_path / "bag")
+    log = read_log(tmp_path / "bag")
+    np.testing.assert_allclose(log.trace["accel_x_mps2"], 0.1 * making.G)
+    np.testing.assert_allclose(log.trace["yaw_rate_radps"], np.pi / 2)
+    assert any("g and deg/s" in guess for guess in log.guessed)
+
+
 def test_a_topic_in_the_cars_namespace_is_found(tmp_path):
     text = (
         '[map]\nformat = "bag"\n[columns]\nspeed_mps = "/*/odom:twist.twist.linear.x"'
