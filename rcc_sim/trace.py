@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.errors import InputError
+from rcc_sim.source import Source, open_source
 from rcc_sim.units import unit_of
 
 if TYPE_CHECKING:
@@ -114,14 +114,9 @@ def read_trace(
         Naming file and row if it is empty, lacks that column, holds words, or the
         column does not increase.
     """
-    name = "stdin" if str(source) == "-" else str(source)
-    raw = (stdin or sys.stdin.buffer).read() if name == "stdin" else _bytes(source)
-    if raw[:2] == b"\x1f\x8b":
-        raw = _unzipped(raw, name)
-    if not raw.strip():
-        hint = "the command before the pipe wrote nothing" if name == "stdin" else ""
-        raise InputError(f"{name}: the file is empty", hint)
-    table = _parquet(raw, name) if raw[:4] == b"PAR1" else _csv(raw, name)
+    place = open_source(source, stdin)
+    name = place.name
+    table = _parquet(place) if place.head.startswith(b"PAR1") else _csv(place)
     columns: dict[str, Array] = {}
     for column in table.column_names:
         values = table.column(column)
@@ -144,42 +139,27 @@ def _rounded(values: Array) -> Array:
     return np.round(values, decimals) + 0.0
 
 
-def _bytes(source: str | Path) -> bytes:
-    try:
-        return Path(source).read_bytes()
-    except OSError as error:
-        raise InputError(f"{source}: cannot be read: {error.strerror}") from None
-
-
-def _unzipped(raw: bytes, name: str) -> bytes:
-    import gzip
-    import zlib
-
-    try:
-        return gzip.decompress(raw)
-    except (OSError, EOFError, zlib.error) as error:
-        raise InputError(f"{name}: a broken gzip file: {error}") from None
-
-
-def _csv(raw: bytes, name: str) -> Any:
+def _csv(source: Source) -> Any:
     import pyarrow
     from pyarrow import csv
 
-    try:
-        return csv.read_csv(io.BytesIO(raw))
-    except pyarrow.ArrowInvalid as error:
-        reason = str(error).partition("\n")[0]
-        raise InputError(f"{name}: not a CSV table: {reason}") from None
+    with source.arrow_file() as stream:
+        try:
+            return csv.read_csv(stream)
+        except pyarrow.ArrowInvalid as error:
+            reason = str(error).partition("\n")[0]
+            raise InputError(f"{source.name}: not a CSV table: {reason}") from None
 
 
-def _parquet(raw: bytes, name: str) -> Any:
+def _parquet(source: Source) -> Any:
     import pyarrow
     from pyarrow import parquet
 
-    try:
-        return parquet.read_table(io.BytesIO(raw))
-    except (pyarrow.ArrowInvalid, OSError) as error:
-        raise InputError(f"{name}: a broken Parquet file: {error}") from None
+    with source.stream() as stream:
+        try:
+            return parquet.read_table(io.BytesIO(stream.read()))
+        except (pyarrow.ArrowInvalid, OSError) as error:
+            raise InputError(f"{source.name}: a broken Parquet file: {error}") from None
 
 
 def _first_word(values: list[Any]) -> tuple[int, Any]:

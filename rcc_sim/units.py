@@ -25,6 +25,7 @@ SUFFIXES: dict[str, str] = {
     "mps2": "m/s²",
     "radps": "rad/s",
     "percent": "%",
+    "erpm": "ERPM",
     "per_h": "1/h",
     "degc": "°C",
     "ohm": "Ω",

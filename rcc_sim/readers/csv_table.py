@@ -1,0 +1,337 @@
+"""A table of text: how it is written, its numbers, and what is wrong with it."""
+
+from __future__ import annotations
+
+import codecs
+import csv
+import io
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from rcc_sim.errors import InputError
+from rcc_sim.readers.log import Array
+from rcc_sim.source import MAX_ROWS, Source
+
+SEPARATORS = (",", ";", "\t", "|")
+BLANKS = ["", "nan", "NaN", "NAN", "-nan", "NA", "N/A", "n/a", "null", "NULL", "None"]
+BLANKS += ["none", "-", "--", " "]
+
+
+@dataclass(frozen=True)
+class TextTable:
+    """A CSV file that was looked at and not read yet.
+
+    Parameters
+    ----------
+    source : Source
+        Where it is.
+    names : tuple of str
+        Of the header, blanks around them cut; the second of a name is ``NAME (2)``.
+    first : tuple of str
+        Fields of the first row.
+    separator, encoding, decimal : str
+        How it is written.
+    skip : int
+        Lines to the first row.
+    """
+
+    source: Source
+    names: tuple[str, ...]
+    first: tuple[str, ...]
+    separator: str
+    encoding: str
+    decimal: str
+    skip: int
+
+
+@dataclass
+class _Faults:
+    """Rows with a wrong number of fields, as the parser meets them."""
+
+    blank: int = 0
+    found: list[Any] = field(default_factory=list)
+
+    def __call__(self, row: Any) -> str:
+        if not row.text.strip():
+            self.blank += 1
+        elif len(self.found) < 3:
+            self.found.append(row)
+        return "skip"
+
+
+def text_table(
+    source: Source,
+    *,
+    separator: str = "",
+    encoding: str = "",
+    decimal: str = ".",
+    skip_rows: int = 0,
+) -> TextTable | None:
+    """Look at a file as CSV; None if it is no text.
+
+    What is not given is found: the separator by what the header has most of, the
+    encoding by its mark, else UTF-8, else latin-1.
+    """
+    encoding = encoding or _encoding(source.head)
+    text = source.head.decode(encoding, errors="ignore").removeprefix("\ufeff")
+    if not text or any(c < " " and c not in "\t\r\n" for c in text):
+        return None
+    lines = text.splitlines()[skip_rows:]
+    blank = next((k for k, line in enumerate(lines) if line.strip()), len(lines))
+    lines = lines[blank:]
+    if not lines:
+        return None
+    separator = separator or max(SEPARATORS, key=lines[0].count)
+    names = [name.strip() for name in _fields(lines[0], separator)]
+    rows = [line for line in lines[1:] if line.strip()]
+    first = _fields(rows[0], separator) if rows else []
+    if len(first) == len(names) + 1 and not first[-1].strip():
+        names.append("")  # every row ends in a separator, and the header does not
+    elif len(first) == len(names) - 1 and not names[-1]:
+        names.pop()
+    return TextTable(
+        source=source,
+        names=tuple(_distinct(names)),
+        first=tuple(first),
+        separator=separator,
+        encoding=encoding,
+        decimal=decimal,
+        skip=skip_rows + blank + 1,
+    )
+
+
+def read_columns(
+    table: TextTable, names: Iterable[str], text: Collection[str] = ()
+) -> tuple[dict[str, Array | list[str]], list[str]]:
+    """Read some columns: numbers, or words where asked; and what a person should know.
+
+    Parameters
+    ----------
+    table : TextTable
+        As found.
+    names : iterable of str
+        Columns to read.
+    text : collection of str
+        Those of them that are words.
+
+    Raises
+    ------
+    InputError
+        Naming file, row and column of a word among numbers, or the row that has a
+        wrong number of fields.
+    """
+    wanted = list(names)
+    faults = _Faults()
+    try:
+        read = _arrow(table, {n: n in text for n in wanted}, faults)
+    except _conversion_error() as error:
+        raise _first_word(table, [n for n in wanted if n not in text], error) from None
+    notes = _judged(table, faults)
+    columns: dict[str, Array | list[str]] = {}
+    while read.num_columns:
+        name = read.column_names[0]
+        values = read.column(0)
+        read = read.remove_column(0)
+        columns[name] = values.to_pylist() if name in text else _own(values.to_numpy())
+    return columns, notes
+
+
+def _own(values: Array) -> Array:
+    return values if values.flags.writeable else values.copy()
+
+
+def is_number(word: str, decimal: str = ".") -> bool:
+    """Whether a field is a number or blank."""
+    word = word.strip()
+    if word in BLANKS:
+        return True
+    try:
+        float(word.replace(decimal, "."))
+    except ValueError:
+        return False
+    return True
+
+
+def _arrow(table: TextTable, words: dict[str, bool], faults: Any) -> Any:
+    """Columns of the file as an Arrow table, streamed from the disk."""
+    import pyarrow
+    from pyarrow import csv as arrow_csv
+
+    types = {n: pyarrow.string() if w else pyarrow.float64() for n, w in words.items()}
+    wide = table.encoding if table.encoding.startswith("utf-16") else "utf-8"
+    read = arrow_csv.ReadOptions(
+        column_names=[name or f"\0{k}" for k, name in enumerate(table.names)],
+        skip_rows=table.skip,
+        encoding=wide,
+        block_size=1 << 22,
+    )
+    parse = arrow_csv.ParseOptions(
+        delimiter=table.separator, invalid_row_handler=faults
+    )
+    convert = arrow_csv.ConvertOptions(
+        column_types=types,
+        include_columns=list(words),
+        null_values=BLANKS,
+        strings_can_be_null=False,
+        check_utf8=False,
+        decimal_point=table.decimal,
+    )
+    with table.source.arrow_file() as stream:
+        try:
+            found = arrow_csv.read_csv(
+                stream,
+                read_options=read,
+                parse_options=parse,
+                convert_options=convert,
+            )
+        except pyarrow.ArrowInvalid as error:
+            if "Empty CSV" in str(error):
+                raise InputError(f"{table.source.name}: a header and no rows") from None
+            if "onversion error" in str(error):
+                raise
+            reason = str(error).partition("\n")[0]
+            raise InputError(
+                f"{table.source.name}: not a CSV table: {reason}"
+            ) from None
+    if found.num_rows > MAX_ROWS:
+        raise InputError(
+            f"{table.source.name}: {found.num_rows} rows: more than {MAX_ROWS}",
+            "cut the log into parts",
+        )
+    return found
+
+
+def _conversion_error() -> type[Exception]:
+    import pyarrow
+
+    kind: type[Exception] = pyarrow.ArrowInvalid
+    return kind
+
+
+def _judged(table: TextTable, faults: _Faults) -> list[str]:
+    """Return notes on rows left out; raise if the table is not one."""
+    notes = [f"{faults.blank} blank rows left out"] if faults.blank else []
+    if not faults.found:
+        return notes
+    first = faults.found[0]
+    row, last = _row_of(table, first.text)
+    if last and len(faults.found) == 1 and first.actual_columns < len(table.names):
+        return [*notes, f"the last row ({row}) is cut short: left out"]
+    raise InputError(
+        f"{table.source.name}: row {row}: should have {first.expected_columns} "
+        f"fields, as the header has: {first.actual_columns}",
+        f"the row reads: {first.text[:80]}",
+    )
+
+
+def _row_of(table: TextTable, text: str) -> tuple[int, bool]:
+    """Number of the row with this text, and whether it is the last."""
+    row, skip = 0, table.skip
+    with table.source.stream() as stream:
+        lines = io.TextIOWrapper(
+            io.BufferedReader(stream),  # type: ignore[type-var]
+            encoding=table.encoding,
+            errors="replace",
+            newline="",
+        )
+        for line in lines:
+            if skip:
+                skip -= 1
+                continue
+            row += bool(line.strip())
+            if line.rstrip("\r\n") == text.rstrip("\r\n"):
+                return row, not next(lines, "").strip()
+    return row, True
+
+
+def _first_word(table: TextTable, names: list[str], error: Exception) -> InputError:
+    """Return the error that names row and column of the first word among numbers."""
+    worst: tuple[int, str, str] | None = None
+    for name in names:
+        values = _arrow(table, {name: True}, _Faults()).column(0)
+        row = 0
+        for chunk in values.chunks:
+            words = chunk.to_pylist()
+            bad = [k for k, w in enumerate(words) if not is_number(w, table.decimal)]
+            if bad:
+                found = (row + bad[0] + 1, name, words[bad[0]])
+                worst = min(worst or found, found)
+                break
+            row += len(words)
+    if worst is None:
+        return InputError(f"{table.source.name}: not a table of numbers: {error}")
+    return InputError(
+        f"{table.source.name}: {worst[1]}, row {worst[0]}: should be a number: "
+        f"{worst[2]!r}"
+    )
+
+
+def clock_seconds(words: list[str], where: str) -> Array:
+    """Seconds of the day of ``H:M:S`` words. [s]
+
+    Raises
+    ------
+    InputError
+        Naming the row that is none.
+    """
+    seconds = np.full(len(words), np.nan)
+    for k, word in enumerate(words):
+        if word.strip() in BLANKS:
+            continue
+        try:
+            hours, minutes, rest = (float(part) for part in word.split(":"))
+        except ValueError:
+            raise InputError(
+                f"{where}, row {k + 1}: should be a time of day, H:M:S: {word!r}"
+            ) from None
+        seconds[k] = 3600 * hours + 60 * minutes + rest
+    return seconds
+
+
+def carried(words: list[str], where: str) -> Array:
+    """Numbers of a logger that writes ten tenths as ".10": 11.10 is 12.0.
+
+    Raises
+    ------
+    InputError
+        Naming the row that is no number.
+    """
+    values = np.full(len(words), np.nan)
+    for k, word in enumerate(words):
+        if word.strip() in BLANKS:
+            continue
+        try:
+            whole, _, tenths = word.strip().partition(".")
+            value = abs(float(whole)) + (float(tenths) / 10 if tenths else 0.0)
+        except ValueError:
+            raise InputError(
+                f"{where}, row {k + 1}: should be a number: {word!r}"
+            ) from None
+        values[k] = -value if whole.startswith("-") else value
+    return values
+
+
+def _fields(line: str, separator: str) -> list[str]:
+    return next(csv.reader([line], delimiter=separator), [])
+
+
+def _distinct(names: list[str]) -> list[str]:
+    seen: dict[str, int] = {}
+    found = []
+    for name in names:
+        seen[name] = seen.get(name, 0) + 1
+        found.append(f"{name} ({seen[name]})" if seen[name] > 1 and name else name)
+    return found
+
+
+def _encoding(head: bytes) -> str:
+    if head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return "utf-16"
+    try:
+        codecs.getincrementaldecoder("utf-8")().decode(head)
+    except UnicodeDecodeError:
+        return "latin-1"
+    return "utf-8"

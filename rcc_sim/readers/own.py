@@ -1,0 +1,57 @@
+"""CSV in rccsim's own columns: the fast path."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rcc_sim.errors import InputError
+from rcc_sim.readers.build import Report, finished
+from rcc_sim.readers.column_map import ColumnMap
+from rcc_sim.readers.csv_table import TextTable, is_number, read_columns, text_table
+from rcc_sim.readers.log import Log, Mapped
+from rcc_sim.source import Source
+from rcc_sim.units import unit_of
+
+NAME = "rccsim"
+SUMMARY = "CSV in rccsim's own columns (time_s and at least one channel)"
+
+UNITLESS = ("throttle", "slope", "steering", "duty_cycle")
+"""Own columns that carry no unit."""
+
+
+def sniff(source: Source) -> bool:
+    """Whether the header has ``time_s``."""
+    table = text_table(source)
+    return table is not None and "time_s" in table.names
+
+
+def read(source: Source, columns: ColumnMap | None = None) -> Log:
+    """Read it; columns of words that are none of ours are dropped.
+
+    Raises
+    ------
+    InputError
+        As in `read_columns` and `finished`.
+    """
+    table = text_table(source)
+    if table is None:
+        raise InputError(f"{source.name}: not a CSV table")
+    twice = next((n for n in table.names if n.endswith(" (2)")), "")
+    if unit_of(twice.removesuffix(" (2)")) != "1":
+        name = twice.removesuffix(" (2)")
+        raise InputError(f"{source.name}: {name}: stands twice in the header")
+    report = Report()
+    wanted = [n for k, n in enumerate(table.names) if n and _is_ours(table, n, k)]
+    report.dropped += [n for n in table.names if n and n not in wanted]
+    read, notes = read_columns(table, wanted)
+    report.notes += notes
+    report.mapped += [Mapped(name, name) for name in wanted]
+    found = {name: np.asarray(values, dtype=float) for name, values in read.items()}
+    return finished(source.name, found, NAME, report)
+
+
+def _is_ours(table: TextTable, name: str, place: int) -> bool:
+    """Whether a column should be numbers: by its unit, its name or its first row."""
+    if unit_of(name) != "1" or name in UNITLESS:
+        return True
+    return place >= len(table.first) or is_number(table.first[place], table.decimal)

@@ -1,0 +1,136 @@
+"""CSV with columns of any name, by a column map."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rcc_sim.errors import InputError
+from rcc_sim.readers.build import (
+    Column,
+    Report,
+    assembled,
+    find,
+    finished,
+    mapped_columns,
+)
+from rcc_sim.readers.column_map import CLOCK, ColumnMap, matching, shipped_maps
+from rcc_sim.readers.csv_table import (
+    TextTable,
+    carried,
+    clock_seconds,
+    read_columns,
+    text_table,
+)
+from rcc_sim.readers.log import Array, Log, Mapped
+from rcc_sim.source import Source
+
+NAME = "csv"
+SUMMARY = "CSV of any columns, by a column map (--map); some maps are shipped"
+
+
+def sniff(source: Source) -> bool:
+    """Whether it is text with a header that a shipped map knows, or like a table."""
+    table = text_table(source)
+    return table is not None and (
+        shipped_for(source) is not None or len(table.names) > 1
+    )
+
+
+def read(source: Source, columns: ColumnMap | None = None) -> Log:
+    """Read it by the map, or by the shipped map whose header it has.
+
+    Raises
+    ------
+    InputError
+        If no map fits, or as in `read_columns`, `mapped_columns` and `finished`.
+    """
+    by = columns or shipped_for(source)
+    table = _table(source, by)
+    if by is None:
+        raise _unknown(source, table)
+    report = Report(notes=[f"column map {by.name}", *by.notes])
+    names = [n for n in table.names if n]
+    wanted = list(dict.fromkeys(n for w in by.wanted() if (n := find(names, w))))
+    if not wanted and by.shipped:
+        raise InputError(
+            f"{source.name}: has none of the columns that the map {by.name} names",
+            f"it has {', '.join(names[:40])}",
+        )
+    text = _words(by, wanted)
+    parsed, notes = read_columns(table, wanted, text=text) if wanted else ({}, [])
+    report.notes += notes
+    source_columns = {
+        name: _column(by, name, values, source.name) for name, values in parsed.items()
+    }
+    report.dropped += [n for n in names if n not in wanted]
+    found = mapped_columns(source_columns, names, by, report)
+    clock = _counted(by, found, report)
+    return finished(source.name, assembled(found, [clock]), NAME, report)
+
+
+def shipped_for(source: Source) -> ColumnMap | None:
+    """The shipped map whose header the file has."""
+    maps = [m for m in shipped_maps() if m.format == "csv"]
+    table = text_table(source)
+    return None if table is None else matching(maps, table.names)
+
+
+def _table(source: Source, by: ColumnMap | None) -> TextTable:
+    table = (
+        text_table(source)
+        if by is None
+        else text_table(
+            source,
+            separator=by.separator,
+            encoding=by.encoding,
+            decimal=by.decimal,
+            skip_rows=by.skip_rows,
+        )
+    )
+    if table is None:
+        raise InputError(f"{source.name}: not a CSV table")
+    return table
+
+
+def _words(by: ColumnMap, wanted: list[str]) -> set[str]:
+    """Columns to be read as words."""
+    if by.carry_tenths:
+        return set(wanted)
+    found: set[str] = set()
+    for term in (term for terms in by.columns.values() for term in terms):
+        if term.unit == CLOCK:
+            found.update(term.sources)
+        for where in (term.blank_where, term.negative_where):
+            if where and not where.equals.lstrip("-").replace(".", "", 1).isdigit():
+                found.add(where.source)
+    return found & set(wanted)
+
+
+def _column(by: ColumnMap, name: str, values: Array | list[str], where: str) -> Column:
+    if not isinstance(values, list):
+        return Column(values)
+    terms = [term for terms in by.columns.values() for term in terms]
+    if any(name in term.sources and term.unit == CLOCK for term in terms):
+        return Column(clock_seconds(values, f"{where}: {name}"))
+    if by.carry_tenths:
+        return Column(carried(values, f"{where}: {name}"))
+    return Column(np.full(len(values), np.nan), words=values)
+
+
+def _counted(
+    by: ColumnMap, found: list[tuple[str, int, Array]], report: Report
+) -> Array | None:
+    """Clock of a file that has none, by its rate."""
+    if not by.rate_hz or not found or any(name == "time_s" for name, _, _ in found):
+        return None
+    report.mapped.insert(0, Mapped("time_s", "row number", 1 / by.rate_hz))
+    report.guessed.append(f"time_s: no clock in the file; {by.rate_hz:g} rows a second")
+    return np.arange(len(found[0][2])) / by.rate_hz
+
+
+def _unknown(source: Source, table: TextTable) -> InputError:
+    names = ", ".join(n for n in table.names[:40] if n)
+    return InputError(
+        f"{source.name}: no time_s column, and no shipped column map knows this header",
+        f"say what is what with --map FILE.toml; the columns are: {names}",
+    )
