@@ -60,6 +60,7 @@ OFF_NEUTRAL = {
     "current_sensor_scale": {"scale": 0.97},
     "yaw_rate_bias": {"bias_radps": 0.01},
     "accelerometer_bias": {"x_mps2": 0.2, "y_mps2": -0.1},
+    "sensor_delay": {"delay_s": 0.03, "battery_delay_s": 0.0123},
 }
 
 
@@ -101,8 +102,9 @@ def test_an_effect_off_neutral_moves_the_trace(name):
 
 @pytest.mark.parametrize("name", [n for n, e in EFFECTS.items() if e.sensor])
 def test_a_sensor_effect_leaves_the_energy_to_the_car(name):
-    true = simulate(car(BASE), CYCLE)
-    seen = simulate(car(BASE | {name: OFF_NEUTRAL[name]}), CYCLE)
+    lanes = LaneChanges(8.0)
+    true = simulate(car(BASE), CYCLE, lanes=lanes)
+    seen = simulate(car(BASE | {name: OFF_NEUTRAL[name]}), CYCLE, lanes=lanes)
     assert seen.ledger == true.ledger
     for column in EFFECTS[name].channels:
         assert not np.array_equal(seen.trace[column], true.trace[column])
