@@ -28,7 +28,7 @@ def speed_loop(p, c, s, u, flow):
     if commands_nothing(omega_ref, threshold):
         s.integral = 0.0
         return 0.0
-    error = omega_ref - seen_speed(c.n * s.v_x, threshold)
+    error = omega_ref - seen_speed(c.n * s.w, threshold)
     K_p = true_gain(p.control.K_p, p.speed_loop.proportional_scale)
     K_i = true_gain(p.control.K_i, p.speed_loop.integral_scale)
     integral = s.integral + K_i * error * p.control.T_loop
@@ -37,7 +37,7 @@ def speed_loop(p, c, s, u, flow):
     i_q = K_p * error + integral
     high = limited_current(c.i_max, p.current_limit.max_current_a)
     R = p.copper_loss.phase_resistance_ohm
-    omega = c.n * s.v_x
+    omega = c.n * s.w
     reach = voltage_limited_current(p.battery.u_0, omega, R, p.motor.psi)
     if i_q > reach and reach < high:
         high = reach

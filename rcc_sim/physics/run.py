@@ -34,6 +34,7 @@ def begin(p, c, s, v_0, r_0):
     """Set up the constants of a run and the state at its first row."""
     prepare(p, c)
     s.v_x = v_0
+    s.w = v_0
     s.r = r_0
     c.E_0 = 0.5 * (c.m * v_0 * v_0 + c.I_z * r_0 * r_0)
     c.E_rotor_0 = 0.5 * c.J * c.n * c.n * v_0 * v_0
@@ -48,6 +49,7 @@ def write(c, s, u, E, flow, row):
     row.throttle = u.throttle
     row.steer = u.steer
     row.v = s.v_x
+    row.w = s.w
     row.r = s.r
     row.x = s.x
     row.y = s.y
@@ -105,9 +107,9 @@ def look_up_road(p, s, u, grade, aux, t, distance):
 def follow_reference(p, c, s, u, f, ref):
     """Let a driver decide torque [N m] and brake for the tick: torque mode."""
     u.a_ref = slope_of(s.t + 0.5 * p.control.T_loop, ref[0], ref[1], s.ref_at)
-    resist(p, c, u, f, s.v_x)
+    resist(p, c, u, f, s.v_x, s.w)
     F = driver(p, c, s, u, f.roll + f.aero + f.grade + f.road)
-    tau, u.brake = split_force(p, c, F, c.n * s.v_x, f.visc + f.dry + f.iron)
+    tau, u.brake = split_force(p, c, F, c.n * s.w, f.visc + f.dry + f.iron)
     return tau
 
 

@@ -34,20 +34,20 @@ def trace_columns(
     K_t : float
         Torque constant; 0 where unknown. [N m/A]
     """
-    v = column(rows, "v")
+    w = column(rows, "w")
     out = {
         "time_s": column(rows, "t"),
         "speed_ref_mps": column(rows, "v_ref"),
         "steer_cmd_rad": column(rows, "steer"),
-        "speed_mps": v * (n / n_file),
+        "speed_mps": w * (n / n_file),
         "yaw_rate_radps": column(rows, "r"),
         "accel_x_mps2": column(rows, "a_x"),
         "accel_y_mps2": column(rows, "a_y"),
         "motor_torque_nm": column(rows, "tau"),
-        "motor_speed_radps": v * n,
+        "motor_speed_radps": w * n,
     }
     if K_t > 0:
-        out |= _motor_columns(vehicle, column(rows, "i_q"), v * n)
+        out |= _motor_columns(vehicle, column(rows, "i_q"), w * n)
     if open_circuit_voltage(vehicle) is not None:
         out["battery_voltage_v"] = column(rows, "u")
         out["battery_current_a"] = column(rows, "i")

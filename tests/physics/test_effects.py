@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rcc_sim.definitions.cycle import Cycle
-from rcc_sim.physics import bicycle, control, run, step
+from rcc_sim.physics import bicycle, control, run, slip, step
 from rcc_sim.physics.effects import EFFECTS
 from rcc_sim.physics.params import SINKS
 from rcc_sim.simulate.run import LaneChanges, simulate
@@ -60,6 +60,7 @@ OFF_NEUTRAL = {
     "current_sensor_scale": {"scale": 0.97},
     "yaw_rate_bias": {"bias_radps": 0.01},
     "accelerometer_bias": {"x_mps2": 0.2, "y_mps2": -0.1},
+    "longitudinal_slip": {"stiffness_n": 300.0},
     "sensor_delay": {"delay_s": 0.03, "battery_delay_s": 0.0123},
 }
 
@@ -116,14 +117,14 @@ def test_an_effect_has_its_call_in_the_kernel(name):
     module = f"rcc_sim.physics.effects.{name}"
     kernel = [
         f.__code__
-        for m in (step, run, control, bicycle)
+        for m in (step, run, control, bicycle, slip)
         for f in vars(m).values()
         if inspect.isfunction(f) and f.__module__ == m.__name__
     ]
     used = {n for code in kernel for n in code.co_names}
     own = {
         f.__name__
-        for m in (step, run, control, bicycle)
+        for m in (step, run, control, bicycle, slip)
         for f in vars(m).values()
         if getattr(f, "__module__", "") == module
     }
