@@ -96,8 +96,14 @@ def top_motor_speed(vehicle: Vehicle) -> float:
 
 
 def _phase_linkage(vehicle: Vehicle) -> float:
-    """Voltage per motor speed, N_p/2 λ [V s]; 0 where battery or motor is unknown."""
-    motor = vehicle.motor
+    """Voltage per motor speed, N_p/2 λ [V s]; 0 where no voltage limits the motor.
+
+    That is where battery or motor is unknown, and where the file states the motor's
+    power: the envelope of torque then holds the voltage and any field weakening.
+    """
+    motor, control = vehicle.motor, vehicle.controller
+    if control is not None and control.mode != "speed" and motor.max_power_w:
+        return 0.0
     if motor.poles is None or motor.flux_linkage_wb is None:
         return 0.0
     known = open_circuit_voltage(vehicle) is not None
@@ -152,6 +158,39 @@ def check_throttle(vehicle: Vehicle, *, given: bool) -> None:
         )
     if given and not by_throttle:
         raise InputError(f"{vehicle.where}: controller.mode: should be throttle")
+
+
+def check_slip(
+    vehicle: Vehicle, values: dict[str, dict[str, float]], v_max: float
+) -> None:
+    """Raise if the speed loop outruns the wheels that slip, and would chatter.
+
+    Within a tick the loop turns the wheels by g = n² K_t K_p / (J n²/T + C/v) times the
+    speed that it read less; from g = 1 on each tick overshoots the one before.
+
+    Raises
+    ------
+    InputError
+        If g reaches 1 at the drive's top speed v_max [m/s].
+    """
+    C = values["longitudinal_slip"]["stiffness_n"]
+    if values["control"]["mode"] != SPEED or not 0 < C < inf or v_max <= 0:
+        return
+    n = values["drive"]["N_d"] / (
+        values["tyre"]["r_w"] * values["wheel_radius"]["scale"]
+    )
+    K_p = values["control"]["K_p"] * values["speed_loop"]["proportional_scale"]
+    M = values["rotor_inertia"]["inertia_kgm2"] * n * n
+    held = M / values["control"]["T_loop"] + C / v_max
+    gain = n * n * values["motor"]["K_t"] * K_p / held
+    if gain >= 1:
+        raise InputError(
+            f"{vehicle.where}: effects.longitudinal_slip.stiffness_n: too small "
+            f"for the speed loop at {v_max:.3g} m/s, the wheels would chatter: {C:g}",
+            "state effects.rotor_inertia, which holds the wheels"
+            if M == 0
+            else f"{C * gain:.3g} N would do, or a smaller proportional gain",
+        )
 
 
 def force_table(

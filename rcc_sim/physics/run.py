@@ -104,12 +104,12 @@ def look_up_road(p, s, u, grade, aux, t, distance):
 
 
 @jit
-def follow_reference(p, c, s, u, f, ref):
+def follow_reference(p, c, s, u, f, flow, ref):
     """Let a driver decide torque [N m] and brake for the tick: torque mode."""
     u.a_ref = slope_of(s.t + 0.5 * p.control.T_loop, ref[0], ref[1], s.ref_at)
     resist(p, c, u, f, s.v_x, s.w)
-    F = driver(p, c, s, u, f.roll + f.aero + f.grade + f.road)
-    tau, u.brake = split_force(p, c, F, c.n * s.w, f.visc + f.dry + f.iron)
+    F = driver(p, c, s, u, flow, f.roll + f.aero + f.grade + f.road)
+    tau, u.brake = split_force(p, c, flow, F, c.n * s.w, f.visc + f.dry + f.iron)
     return tau
 
 
@@ -172,7 +172,7 @@ def run_commanded(P, work, drive, maps, lines, rows, sinks, every, substeps):
             elif p.control.mode == THROTTLE:
                 tau = obey_throttle(p, c, s, u, force, throttle, late_motor, tick)
             else:
-                tau = follow_reference(p, c, s, u, f, ref)
+                tau = follow_reference(p, c, s, u, f, flow, ref)
             if p.actuation_delay.delay_s > 0.0 and p.control.mode != THROTTLE:
                 delay = p.actuation_delay.delay_s
                 tau = command_of(late_motor, tick, delay, T, tau)

@@ -47,7 +47,8 @@ def trace_columns(
         "motor_speed_radps": w * n,
     }
     if K_t > 0:
-        out |= _motor_columns(vehicle, column(rows, "i_q"), w * n)
+        omega = np.concatenate([w[:1], 0.5 * (w[1:] + w[:-1])]) * n  # as the currents
+        out |= _motor_columns(vehicle, column(rows, "i_q"), omega)
     if open_circuit_voltage(vehicle) is not None:
         out["battery_voltage_v"] = column(rows, "u")
         out["battery_current_a"] = column(rows, "i")
@@ -76,7 +77,7 @@ def _motor_columns(vehicle: Vehicle, i_q: Array, omega: Array) -> dict[str, Arra
     out = {"motor_current_a": i_q, "current_q_a": i_q, "current_d_a": 0.0 * i_q}
     motor = vehicle.motor
     resistance = vehicle.effects.get("copper_loss", {}).get("phase_resistance_ohm")
-    if motor.average_inductance_h is None or not isinstance(resistance, Figure):
+    if motor.average_inductance_h is None:
         return out
     half = motor.inductance_difference_h
     L_q = motor.average_inductance_h.value + (half.value / 2 if half else 0.0)
@@ -84,7 +85,7 @@ def _motor_columns(vehicle: Vehicle, i_q: Array, omega: Array) -> dict[str, Arra
     V_d, V_q = dq_voltages(
         i_q,
         omega,
-        R=resistance.value,
+        R=resistance.value if isinstance(resistance, Figure) else 0.0,
         L_q=L_q,
         poles=motor.poles,
         flux_linkage=motor.flux_linkage_wb.value,

@@ -61,8 +61,8 @@ def run_notes(
         )
     if beyond["limited"] > 0:
         notes.append(
-            f"for {beyond['limited']:.3g} s the reference asks for more speed than the "
-            "battery's voltage or the motor's speed limit allows"
+            f"for {beyond['limited']:.3g} s the reference asks for more speed or "
+            "torque than the battery's voltage or the motor's speed limit allows"
         )
     if beyond["outside"] > 0:
         notes.append(

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rcc_sim.definitions.cycle import Cycle
 from rcc_sim.definitions.kernel import (
+    check_slip,
     check_throttle,
     efficiency_map,
     force_table,
@@ -187,6 +188,7 @@ def simulate(
         )
     else:
         check_throttle(vehicle, given=throttle is not None)
+        check_slip(vehicle, values, cycle.max_speed)
         T_loop = values["control"]["T_loop"]
         every, rows = _sampling(vehicle, cycle, T_loop, output_rate)
         tail = (every, substeps)

@@ -18,6 +18,7 @@ CYCLE = Cycle(
 )
 FAST = Cycle("f", np.array([0.0, 8, 20, 30, 36]), np.array([0, 15, 15, 5, 0]))
 BASE = {
+    "rotor_inertia": {"inertia_kgm2": 1e-6},
     "drivetrain_damping": {"damping_nms_per_rad": 1e-5},
     "rolling_resistance": {"coefficient": 0.02},
     "aerodynamic_drag": {"drag_area_m2": 0.05},

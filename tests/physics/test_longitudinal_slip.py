@@ -67,7 +67,7 @@ def test_scipy_integrates_the_same_wheels():
 @settings(max_examples=60, deadline=None)
 @given(
     stiffness=st.floats(20, 1e6),
-    inertia=st.floats(0, 1e-5),
+    inertia=st.floats(1e-6, 1e-5),
     slope=st.floats(-0.1, 0.1),
     efficiency=st.floats(0.7, 1.0),
     friction=st.floats(0, 0.01),
@@ -116,7 +116,7 @@ def test_on_a_slope_it_stands_pulls_away_and_stops_without_creep_or_jitter(vehic
         made = car(hill | ROTOR | slip(400.0))
     else:
         hill["rotor_inertia"] = {"inertia_kgm2": 0.2}
-        made = truck(hill | slip(4e5), motor__max_power_w=6e5)
+        made = truck(hill | slip(4e5))
     cycle = Cycle(
         "c", np.array([0.0, 5, 9, 13, 17, 30]), np.array([0.0, 0, 3, 3, 0, 0])
     )
