@@ -42,7 +42,7 @@ def kernel_params(vehicle: Vehicle, *, commanded: bool) -> dict[str, dict[str, f
         If a figure that this kind of run needs is missing; names the key and why.
     """
     for name in vehicle.effects:
-        for key in EFFECTS[name].needs:
+        for key in vehicle.known[name].needs:
             if key == "motor.poles":
                 _poles(vehicle, name)
             elif key == "battery.open_circuit_voltage_v":
@@ -272,7 +272,8 @@ def _effects(vehicle: Vehicle) -> dict[str, dict[str, float]]:
                 if isinstance(figure, Figure)
             },
         }
-        for name, effect in EFFECTS.items()
+        for name, effect in vehicle.known.items()
+        if name in EFFECTS or not effect.sensor
     }
 
 

@@ -46,6 +46,7 @@ INPUTS: Schema = floats(
 FORCES: Schema = floats(
     "roll", "aero", "grade", "road", "visc", "dry", "iron", "F_F", "F_R",
     "v_y", "r", "a", "v", "T_L", "k", "moving", "w", "w_1", "slides",
+    "pull", "twist", "draw",
 )  # fmt: skip
 """Forces [N] and shaft torques [N m] at the middle of one step."""
 

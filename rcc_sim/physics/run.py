@@ -15,6 +15,7 @@ from rcc_sim.physics.effects.motor_efficiency import ETA_MIN
 from rcc_sim.physics.effects.motor_lag import built_up
 from rcc_sim.physics.effects.reference_sampling import held_time
 from rcc_sim.physics.effects.steering_delay import delayed
+from rcc_sim.physics.extra import EXTRA
 from rcc_sim.physics.follower import lane_curvature, pursuit_steer
 from rcc_sim.physics.params import FOLLOW, LOGGED, SPEED, THROTTLE
 from rcc_sim.physics.step import (
@@ -108,8 +109,13 @@ def follow_reference(p, c, s, u, f, flow, ref):
     """Let a driver decide torque [N m] and brake for the tick: torque mode."""
     u.a_ref = slope_of(s.t + 0.5 * p.control.T_loop, ref[0], ref[1], s.ref_at)
     resist(p, c, u, f, s.v_x, s.w)
-    F = driver(p, c, s, u, flow, f.roll + f.aero + f.grade + f.road)
-    tau, u.brake = split_force(p, c, flow, F, c.n * s.w, f.visc + f.dry + f.iron)
+    R = f.roll + f.aero + f.grade + f.road
+    tau_loss = f.visc + f.dry + f.iron
+    if EXTRA:
+        R += f.pull
+        tau_loss += f.twist
+    F = driver(p, c, s, u, flow, R)
+    tau, u.brake = split_force(p, c, flow, F, c.n * s.w, tau_loss)
     return tau
 
 

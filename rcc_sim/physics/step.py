@@ -36,6 +36,7 @@ from rcc_sim.physics.effects.rotor_inertia import reflected_mass
 from rcc_sim.physics.effects.tyre_saturation import slip_angle
 from rcc_sim.physics.effects.wheel_radius import true_radius
 from rcc_sim.physics.effects.yaw_inertia import true_yaw_inertia
+from rcc_sim.physics.extra import EXTRA, act, book_draw, book_extra
 from rcc_sim.physics.powertrain import q_current, torque_envelope
 from rcc_sim.physics.slip import count_slip, slide, turn_wheels
 from rcc_sim.units import G
@@ -112,6 +113,9 @@ def accelerate(p, c, u, f):
     """
     R = f.roll + f.aero + f.grade + f.road + u.brake + f.F_F * u.sin_delta
     T = u.tau - f.visc - f.dry - f.iron
+    if EXTRA:
+        R += f.pull
+        T -= f.twist
     f.k = gear_transmission(T + c.J * c.n * R / c.m, p.gear_loss.efficiency)
     f.a = (f.k * c.n * T - R) / (c.m + f.k * c.J * c.n * c.n)
     f.T_L = T - c.J * c.n * f.a
@@ -127,6 +131,8 @@ def step(p, c, s, u, f, E, flow, dt):
     if c.slips > 0.0:
         w = max(v + s.w - s.v_x, 0.0)
     resist(p, c, u, f, v, w)
+    if EXTRA:
+        act(p, c, s, u, f, v, w, s.a_x)
     corner(c, s, u, f, v, dt)
     T, R = accelerate(p, c, u, f)
     if c.slips > 0.0:
@@ -188,6 +194,8 @@ def step_imposed(p, c, s, u, f, E, flow, v_1, r_1, dt):
     f.w = f.v
     f.w_1 = v_1
     resist(p, c, u, f, f.v, f.v)
+    if EXTRA:
+        act(p, c, s, u, f, f.v, f.v, f.a)
     steady_axle_forces(c, f, f.v, 0.5 * (s.r + r_1), (r_1 - s.r) / dt)
     P_slip = slip_loss(f.F_F, f.v, c.C_F, c.D_F) + slip_loss(f.F_R, f.v, c.C_R, c.D_R)
     if f.moving > 0.0:
@@ -223,12 +231,18 @@ def supply(p, c, s, u, f, flow, P_slip, r_dot, v_1, dt):
     turning = (P_slip + c.I_z * r_dot * f.r) / f.v
     F = c.m * f.a + f.roll + f.aero + f.grade + f.road + turning
     losses = f.visc + f.dry + f.iron + c.J * c.n * f.a
+    if EXTRA:
+        F += f.pull
+        losses += f.twist
     high = deliver(p, c, u, f, F, losses)
     if c.slips > 0.0:
         for _ in range(PASSES):
             spin = turn_wheels(p, c, s, f, f.k * c.n * f.T_L, v_1, dt)
             resist_turning(p, f, c.n * f.w)
-            high = deliver(p, c, u, f, F, f.visc + f.dry + f.iron + spin)
+            losses = f.visc + f.dry + f.iron + spin
+            if EXTRA:
+                losses += f.twist
+            high = deliver(p, c, u, f, F, losses)
     if u.tau > high:
         flow.short += dt
         flow.tau_over = max(flow.tau_over, u.tau / high)
@@ -288,6 +302,8 @@ def book_shared(c, u, f, E, ds, dw):
     E.gear_loss += (1.0 - f.k) * f.T_L * c.n * dw
     if c.slips > 0.0:
         E.longitudinal_slip += f.k * c.n * f.T_L * (dw - ds)
+    if EXTRA:
+        book_extra(c, f, E, ds, dw)
 
 
 @jit
@@ -317,6 +333,9 @@ def electrify(p, c, u, f, E, flow, eff, dt):
     P_lost = conversion_loss(P_shaft, eff)
     P_aux = auxiliary_power(p.auxiliary_load.power_w, u.aux)
     P = P_shaft + P_copper + P_lost + P_aux
+    if EXTRA:
+        P += f.draw
+        book_draw(f, E, dt)
     R_i = p.battery_resistance.resistance_ohm
     i = terminal_current(P, p.battery.u_0, R_i)
     if R_i > 0.0:

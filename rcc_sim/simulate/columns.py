@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,6 @@ from numpy.typing import NDArray
 from rcc_sim.definitions.figure import Figure
 from rcc_sim.definitions.kernel import open_circuit_voltage
 from rcc_sim.definitions.vehicle import Vehicle
-from rcc_sim.physics.params import SINKS
 from rcc_sim.physics.powertrain import dq_voltages
 from rcc_sim.physics.record import column
 
@@ -18,7 +18,14 @@ Array = NDArray[np.float64]
 
 
 def trace_columns(
-    vehicle: Vehicle, rows: Any, sinks: Any, *, n: float, n_file: float, K_t: float
+    vehicle: Vehicle,
+    rows: Any,
+    sinks: Any,
+    lines: Sequence[str],
+    *,
+    n: float,
+    n_file: float,
+    K_t: float,
 ) -> dict[str, Array]:
     """Return the trace of a run, column by edge name.
 
@@ -29,6 +36,8 @@ def trace_columns(
     ----------
     rows, sinks : records
         What the kernel wrote.
+    lines : sequence of str
+        Lines of the ledger.
     n, n_file : float
         Motor speed over road speed, true and by the file's radius. [1/m]
     K_t : float
@@ -66,7 +75,7 @@ def trace_columns(
         out[name] = column(rows, symbol)
     out["distance_m"] = column(rows, "s")
     out["battery_energy_j"] = column(rows, "E")
-    for sink in SINKS:
+    for sink in lines:
         joules = column(sinks, sink)
         if sink == "kinetic" or np.any(joules):
             out[f"energy_{sink}_j"] = joules
