@@ -49,6 +49,7 @@ def kernel_params(vehicle: Vehicle, *, commanded: bool) -> dict[str, dict[str, f
                 open_circuit_voltage(vehicle, needed_by=name)
             else:
                 vehicle.figure(key, f"effects.{name} needs it")
+    _check_loading(vehicle)
     body, tyres = vehicle.body, vehicle.tyres
     return {
         "body": {
@@ -75,6 +76,24 @@ def kernel_params(vehicle: Vehicle, *, commanded: bool) -> dict[str, dict[str, f
         "lanes": {"steer": STRAIGHT, "every": inf, "width": 0.0, "length": 1.0},
         **_effects(vehicle),
     }
+
+
+def _check_loading(vehicle: Vehicle) -> None:
+    """Raise if a payload takes the whole mass, or the CG leaves the axles."""
+    body, stated = vehicle.body, vehicle.figures()
+    payload = stated.get("effects.payload.mass_kg")
+    if payload and body.mass_kg.value + payload.value <= 0:
+        raise InputError(
+            f"{vehicle.where}: effects.payload.mass_kg: takes more than the vehicle "
+            f"weighs, {body.mass_kg.value:g} kg: {payload.value:g}"
+        )
+    shift = stated.get("effects.cg_shift.shift_m")
+    l_F, l_R = body.cg_to_front_axle_m.value, body.cg_to_rear_axle_m.value
+    if shift and not -l_R < shift.value < l_F:
+        raise InputError(
+            f"{vehicle.where}: effects.cg_shift.shift_m: should keep the CG between "
+            f"the axles, {-l_R:g} to {l_F:g} m: {shift.value:g}"
+        )
 
 
 def motor_torque_constant(vehicle: Vehicle) -> float | None:
@@ -273,7 +292,7 @@ def _effects(vehicle: Vehicle) -> dict[str, dict[str, float]]:
             },
         }
         for name, effect in vehicle.known.items()
-        if name in EFFECTS or not effect.sensor
+        if name in EFFECTS or (name in vehicle.effects and not effect.sensor)
     }
 
 
