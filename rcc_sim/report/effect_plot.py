@@ -91,7 +91,15 @@ def reference_runs(
     name: str, effect: Effect
 ) -> tuple[Mapping[str, float | str], Trace, Trace]:
     """Return the effect's values, and the traces of the drive without and with it."""
-    by_throttle = "throttle" in effect.channels or name == "throttle_dead_zone"
+    values, bare, with_it = reference_cars(name, effect)
+    return values, _driven(bare), _driven(with_it)
+
+
+def reference_cars(
+    name: str, effect: Effect
+) -> tuple[Mapping[str, float | str], Vehicle, Vehicle]:
+    """Return the effect's values, and the reference car without and with it."""
+    by_throttle = effect.id == "throttle_dead_zone"
     car = load_vehicle("dart_jetracer" if by_throttle else "rcc")
     here = {k: v for k, v in BASE.items() if k not in car.effects and not by_throttle}
     files = (name,) if name.endswith(".py") else ()
@@ -99,8 +107,7 @@ def reference_runs(
     values = _values(whole, effect)
     gone = [n for n in (*effect.excludes, effect.id) if n in whole.effects]
     bare = whole.changed(without=tuple(gone))
-    with_it = bare.changed(effects={effect.id: values})
-    return values, _driven(bare, by_throttle), _driven(with_it, by_throttle)
+    return values, bare, bare.changed(effects={effect.id: values})
 
 
 def most_moved(effect: Effect, off: Trace, on: Trace) -> list[str]:
@@ -138,8 +145,8 @@ def _values(car: Vehicle, effect: Effect) -> dict[str, float | str]:
     }
 
 
-def _driven(car: Vehicle, by_throttle: bool) -> Trace:
-    if by_throttle:
+def _driven(car: Vehicle) -> Trace:
+    if car.controller is not None and car.controller.mode == "throttle":
         time = np.linspace(0.0, 12.0, 1201)
         throttle: NDArray[np.float64] = np.interp(
             time, [0, 1, 5, 6, 8, 9, 12], [0, 0.1, 0.3, 0.3, 0.15, 0, 0]
