@@ -320,7 +320,7 @@ def _sampling(
         default = OUTPUT_RATE[vehicle.controller.mode]
         held = getattr(period, "value", 0.0)
         rate = 1 / held if held > 0 and vehicle.controller.mode == "speed" else default
-        rate = min(rate, 1 / T_loop)
+        rate = 1 / (max(round(1 / (rate * T_loop)), 1) * T_loop)  # one the loop has
     if not (math.isfinite(rate) and rate > 0):
         raise InputError(f"output rate: should be positive: {rate:g} Hz")
     every = round(1 / (rate * T_loop))
