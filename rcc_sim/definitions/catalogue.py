@@ -58,11 +58,22 @@ def cycle_document(cycle: Cycle) -> dict[str, Any]:
 
 
 def effect_rows() -> list[dict[str, Any]]:
-    """List every effect of the model, whole, and those of installed plugins."""
+    """List every effect of the model, whole, and those of installed plugins.
+
+    A plugin that is not sound is listed with its problem in place of a title.
+    """
     from rcc_sim.definitions.own_effects import plugin_names
     from rcc_sim.physics.effects import EFFECTS
 
-    return [effect_row(name) for name in (*EFFECTS, *plugin_names())]
+    rows = [effect_row(name) for name in EFFECTS]
+    for name in plugin_names():
+        try:
+            rows.append(effect_row(name))
+        except InputError as error:
+            unknown = {k: [] if isinstance(v, list) else "" for k, v in rows[0].items()}
+            title = f"not sound: {error}"
+            rows.append(unknown | {"id": name, "title": title, "source": "plugin"})
+    return rows
 
 
 def effect_of(name: str) -> tuple[Effect, str]:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rcc_sim.definitions.catalogue import effect_row
+from rcc_sim.definitions.catalogue import effect_row, effect_rows, flat_effect
 from rcc_sim.definitions.cycle import Cycle
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.errors import InputError
@@ -174,6 +174,17 @@ def test_an_installed_plugin_is_known_by_its_id(tmp_path, monkeypatch):
     assert made.own["own"].where == "plugin own"
     assert simulate(made, CYCLE, engine="interpreted").ledger["own"] > 0
     assert effect_row("own")["origin"] == "plugin own"
+    listed = {row["id"]: flat_effect(row) for row in effect_rows()}
+    assert listed["own"]["parameters"] == "size (1)"
+
+
+def test_a_plugin_that_is_not_sound_is_a_row_of_the_list_and_not_its_end(monkeypatch):
+    point = EntryPoint("lost", "nowhere_at_all", "rccsim.effects")
+    monkeypatch.setattr("importlib.metadata.entry_points", lambda group: [point])
+    listed = {row["id"]: flat_effect(row) for row in effect_rows()}
+    assert "nowhere_at_all" in listed["lost"]["title"] and "gear_loss" in listed
+    with pytest.raises(InputError, match="nowhere_at_all"):
+        car({"lost": {"size": 1.0}})
 
 
 WRONG = {
