@@ -13,7 +13,7 @@ import functools
 import hashlib
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import FunctionType
 from typing import Any, TypeVar
@@ -44,36 +44,73 @@ def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
     import numba
 
     assert isinstance(function, FunctionType)
-    used = _globals_of(function)
+    twin = _twin(
+        function,
+        {
+            name: compiled(value) if hasattr(value, "__kernel__") else value
+            for name, value in _used(function).items()
+        },
+    )
     config: Any = numba.config  # its settings are made as it loads
-    config.CACHE_DIR = str(cache_folder())
+    config.CACHE_DIR = str(getattr(function, "__cache_folder__", cache_folder()))
+    return numba.njit(cache=_can_cache(), error_model="numpy", forceinline=True)(twin)
+
+
+def bound(
+    function: Callable[..., Any], names: Mapping[str, Any], folder: Path
+) -> Callable[..., Any]:
+    """Return kernel code with other values for some of the global names that it reads.
+
+    The copy reaches through every kernel function that it calls; it is kernel code too,
+    whose machine code is kept in ``folder``.
+    """
+    made: dict[Callable[..., Any], Callable[..., Any]] = {}
+
+    def copied(value: Any) -> Any:
+        if not hasattr(value, "__kernel__"):
+            return value
+        if value not in made:
+            made[value] = twin = _twin(
+                value,
+                {
+                    name: names[name] if name in names else copied(inner)
+                    for name, inner in _used(value).items()
+                },
+            )
+            twin.__kernel__ = True
+            twin.__cache_folder__ = folder
+        return made[value]
+
+    twin: Callable[..., Any] = copied(function)
+    return twin
+
+
+def _twin(function: Any, used: Mapping[str, Any]) -> Any:
+    """Return a function of the same code that reads other globals."""
     twin = FunctionType(
         function.__code__,
-        {
-            "__builtins__": __builtins__,
-            "__name__": function.__module__,
-            **{
-                name: compiled(value) if hasattr(value, "__kernel__") else value
-                for name, value in function.__globals__.items()
-                if name in used
-            },
-        },
+        {"__builtins__": __builtins__, "__name__": function.__module__, **used},
         function.__name__,
         function.__defaults__,
     )
     twin.__module__ = function.__module__
     twin.__qualname__ = function.__qualname__
+<<<<<<< HEAD
     options = {"cache": _can_cache(), "error_model": "numpy", "nogil": True}
     return numba.njit(forceinline=True, **options)(twin)
+=======
+    return twin
+>>>>>>> h-a
 
 
-def _globals_of(function: FunctionType) -> set[str]:
-    """Name the globals that a function reads (attributes share co_names with them)."""
-    return {
+def _used(function: Any) -> dict[str, Any]:
+    """Return the globals that a function reads (co_names holds attributes too)."""
+    names = {
         step.argval
         for step in dis.get_instructions(function)
         if step.opname == "LOAD_GLOBAL"
     }
+    return {k: v for k, v in function.__globals__.items() if k in names}
 
 
 def compiler_is_loaded() -> bool:

@@ -44,7 +44,7 @@ TRUCK = {
         "rear_cornering_stiffness_n_per_rad": 45000.0,
     },
     "drivetrain": {"gear_ratio": 12.0},
-    "motor": {"poles": 8, "flux_linkage_wb": 0.098},
+    "motor": {"poles": 8, "flux_linkage_wb": 0.098, "max_power_w": 623e3},
     "battery": {"open_circuit_voltage_v": 400.0, "capacity_ah": 330.0},
     "controller": {"mode": "torque", "max_torque_nm": 1231.0, "loop_rate_hz": 100.0},
 }

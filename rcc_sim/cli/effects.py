@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from rcc_sim.cli.complete import effect_names
-from rcc_sim.cli.output import Csv, Json, Output, emit
+from rcc_sim.cli.complete import effect_names, vehicle_names
+from rcc_sim.cli.output import Csv, Json, Output, emit, say
+from rcc_sim.cli.overrides import Set, With, Without, changed_vehicle
 
 effects = typer.Typer(help="Effects: list what the model knows, show one.")
 
@@ -40,8 +42,16 @@ def list_(json: Json = False, csv: Csv = False, output: Output = None) -> None:
 @effects.command(epilog="Example: rccsim effects show gear_loss --json")
 def show(
     effect: Annotated[
-        str, typer.Argument(help="Id of the effect.", autocompletion=effect_names)
+        str,
+        typer.Argument(
+            help="Id of the effect, or a Python file with one of your own.",
+            autocompletion=effect_names,
+        ),
     ],
+    plot: Annotated[
+        Path | None,
+        typer.Option(help="Draw a reference drive without and with it.", metavar="F"),
+    ] = None,
     json: Json = False,
     csv: Csv = False,
     output: Output = None,
@@ -50,4 +60,32 @@ def show(
     from rcc_sim.definitions.catalogue import effect_row, effect_sheet
 
     row = effect_row(effect)
+    if plot is not None:
+        from rcc_sim.report.effect_plot import plot_effect
+        from rcc_sim.report.plots import save
+
+        save(plot_effect(effect), plot)
+        say(f"wrote {plot}")
     emit(row, effect_sheet(row), json=json, csv=csv, output=output)
+
+
+@effects.command(epilog="Example: rccsim effects convert r1t_epa --max-speed 30")
+def convert(
+    vehicle: Annotated[
+        str, typer.Argument(help="Name or file.", autocompletion=vehicle_names)
+    ],
+    max_speed: Annotated[
+        float, typer.Option(help="Up to which rolling and drag are fitted. [m/s]")
+    ] = 30.0,
+    with_: With = None,
+    without: Without = None,
+    set_: Set = None,
+    json: Json = False,
+    csv: Csv = False,
+    output: Output = None,
+) -> None:
+    """State a vehicle's road load the other way: A, B, C, or rolling and drag."""
+    from rcc_sim.definitions.road_load import converted
+
+    rows = converted(changed_vehicle(vehicle, set_, with_, without), max_speed)
+    emit(rows, rows, json=json, csv=csv, output=output)

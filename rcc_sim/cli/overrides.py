@@ -8,9 +8,9 @@ from typing import Annotated, Any
 import tomli
 import typer
 
+from rcc_sim.definitions.own_effects import installed_effects
 from rcc_sim.definitions.vehicle import Vehicle, load_vehicle
 from rcc_sim.errors import InputError
-from rcc_sim.physics.effects import EFFECTS
 
 Set = Annotated[
     list[str] | None,
@@ -29,26 +29,46 @@ Without = Annotated[
     typer.Option("--without", metavar="ID", help="Take an effect out."),
 ]
 
+Own = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--effect",
+        metavar="FILE",
+        help="A Python file with an effect of your own; --with switches it on.",
+    ),
+]
+
 
 def changed_vehicle(
     name: str,
     settings: list[str] | None,
     added: list[str] | None,
     removed: list[str] | None,
+    files: list[str] | None = None,
 ) -> Vehicle:
-    """Load a vehicle and apply --set, --with and --without to it."""
+    """Load a vehicle and apply --effect, --set, --with and --without to it."""
     vehicle = load_vehicle(name)
-    if not (settings or added or removed):
+    if not (settings or added or removed or files):
         return vehicle
+    if files:
+        vehicle = vehicle.changed(files=tuple(files))
     effects: dict[str, dict[str, Any]] = {}
     for text in added or []:
-        effect, params = _effect(text)
+        effect, params = _effect(text, vehicle)
         effects.setdefault(effect, {}).update(params)
-    return vehicle.changed(
+    changed = vehicle.changed(
         settings=dict(_setting("--set", text) for text in settings or []),
         effects=effects,
         without=tuple(removed or ()),
     )
+    for own in changed.own.values():
+        if own.effect.id not in changed.effects and files:
+            param = own.effect.params[0].name
+            raise InputError(
+                f"{own.where}: {own.effect.id} is not switched on",
+                f"--with {own.effect.id}:{param}=VALUE does",
+            )
+    return changed
 
 
 def _setting(option: str, text: str) -> tuple[str, Any]:
@@ -61,14 +81,17 @@ def _setting(option: str, text: str) -> tuple[str, Any]:
         return key.strip(), value.strip()
 
 
-def _effect(text: str) -> tuple[str, dict[str, Any]]:
+def _effect(text: str, vehicle: Vehicle) -> tuple[str, dict[str, Any]]:
     effect, colon, rest = text.partition(":")
-    if effect not in EFFECTS:
-        close = difflib.get_close_matches(effect, EFFECTS, n=1)
+    known = vehicle.known
+    if effect not in known:
+        known |= installed_effects()
+    if effect not in known:
+        close = difflib.get_close_matches(effect, known, n=1)
         hint = f"did you mean `{close[0]}`?" if close else "`rccsim effects` lists them"
         raise InputError(f"--with {text}: no such effect: {effect}", hint)
     if not colon:
-        names = ", ".join(p.name for p in EFFECTS[effect].params)
+        names = ", ".join(p.name for p in known[effect].params)
         raise InputError(
             f"--with {text}: should be ID:PARAM=VALUE",
             f"{effect} takes {names}",

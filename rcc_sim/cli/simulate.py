@@ -10,7 +10,7 @@ import typer
 
 from rcc_sim.cli.complete import cycle_names, vehicle_names
 from rcc_sim.cli.output import Csv, Json, Output, atomic, emit, say, warn
-from rcc_sim.cli.overrides import Set, With, Without, changed_vehicle
+from rcc_sim.cli.overrides import Own, Set, With, Without, changed_vehicle
 
 if TYPE_CHECKING:
     from rcc_sim.definitions.cycle import Cycle
@@ -79,6 +79,7 @@ def simulate(
             help="CSV with time_s, aux_power_w, on top of the file's.", metavar="F"
         ),
     ] = None,
+    effect: Own = None,
     with_: With = None,
     without: Without = None,
     set_: Set = None,
@@ -107,7 +108,7 @@ def simulate(
     """
     from rcc_sim.simulate import run as runs
 
-    car = changed_vehicle(vehicle, set_, with_, without)
+    car = changed_vehicle(vehicle, set_, with_, without, effect)
     drive, throttle = _drive(cycle, throttle_log)
     _announce_compiler(imposed)
     result = runs.simulate(

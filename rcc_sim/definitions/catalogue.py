@@ -11,6 +11,7 @@ from rcc_sim.errors import InputError
 
 if TYPE_CHECKING:
     from rcc_sim.definitions.cycle import Cycle
+    from rcc_sim.physics.effect import Effect
 
 CYCLE_TABLE = ("name", "title", "duration_s", "distance_m", "max_speed_mps", "problem")
 """Columns of the cycles that fit a terminal."""
@@ -57,10 +58,42 @@ def cycle_document(cycle: Cycle) -> dict[str, Any]:
 
 
 def effect_rows() -> list[dict[str, Any]]:
-    """List every effect of the model, whole."""
+    """List every effect of the model, whole, and those of installed plugins.
+
+    A plugin that is not sound is listed with its problem in place of a title.
+    """
+    from rcc_sim.definitions.own_effects import plugin_names
     from rcc_sim.physics.effects import EFFECTS
 
-    return [effect_row(name) for name in EFFECTS]
+    rows = [effect_row(name) for name in EFFECTS]
+    for name in plugin_names():
+        try:
+            rows.append(effect_row(name))
+        except InputError as error:
+            unknown = {k: [] if isinstance(v, list) else "" for k, v in rows[0].items()}
+            title = f"not sound: {error}"
+            rows.append(unknown | {"id": name, "title": title, "source": "plugin"})
+    return rows
+
+
+def effect_of(name: str) -> tuple[Effect, str]:
+    """Return an effect by its id, or from its Python file, and where it came from.
+
+    Raises
+    ------
+    InputError
+        If there is no such effect.
+    """
+    from rcc_sim.definitions.own_effects import own_effect, plugin_names
+    from rcc_sim.physics.effects import EFFECTS
+
+    if name in EFFECTS:
+        return EFFECTS[name], "shipped"
+    if name.endswith(".py"):
+        return own_effect(name).effect, name
+    if name in (installed := plugin_names()):
+        return own_effect(f"plugin {name}").effect, f"plugin {name}"
+    raise _unknown_effect(name, [*EFFECTS, *installed])
 
 
 def effect_row(name: str) -> dict[str, Any]:
@@ -71,12 +104,9 @@ def effect_row(name: str) -> dict[str, Any]:
     InputError
         If there is no such effect.
     """
-    from rcc_sim.physics.effects import EFFECTS
     from rcc_sim.units import unit_of
 
-    if name not in EFFECTS:
-        raise _unknown_effect(name, list(EFFECTS))
-    effect = EFFECTS[name]
+    effect, origin = effect_of(name)
     return {
         "id": effect.id,
         "title": effect.title,
@@ -102,6 +132,7 @@ def effect_row(name: str) -> dict[str, Any]:
         "needs": list(effect.needs),
         "excludes": list(effect.excludes),
         "source": effect.source,
+        "origin": origin,
     }
 
 
@@ -121,7 +152,7 @@ def effect_sheet(row: dict[str, Any]) -> list[dict[str, str]]:
     rows = [{"key": key, "value": flat[key]} for key in ("id", "title", "equation")]
     rows += [{"key": p["name"], "value": _described(p)} for p in row["parameters"]]
     rows += [{"key": name, "value": "name of a file"} for name in row["files"]]
-    rest = ("channels", "seen_as", "ledger", "needs", "excludes", "source")
+    rest = ("channels", "seen_as", "ledger", "needs", "excludes", "source", "origin")
     return rows + [{"key": key, "value": flat[key]} for key in rest if flat[key]]
 
 

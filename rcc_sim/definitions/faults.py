@@ -9,6 +9,7 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from rcc_sim.definitions import library, vehicle
+from rcc_sim.definitions.own_effects import own_effects
 from rcc_sim.definitions.tables import Sensor
 from rcc_sim.definitions.vehicle import ALWAYS, TABLES, faults_of
 from rcc_sim.definitions.vehicle_file import resolved
@@ -102,10 +103,17 @@ def _key_faults(
 
 def _effect_faults(raw: dict[str, Any], path: Path) -> Iterator[InputError]:
     effects = raw.get("effects", {})
-    for name, params in effects.items() if isinstance(effects, dict) else ():
-        faults = _raised(vehicle._checked_effects, {name: params}, str(path))
+    if not isinstance(effects, dict):
+        return
+    try:
+        own, stated = own_effects(effects, str(path), path)
+    except InputError as fault:
+        yield fault
+        return
+    for name, params in stated.items():
+        faults = _raised(vehicle._checked_effects, {name: params}, str(path), own)
         yield from faults
-        for key in () if faults else EFFECTS[name].files:
+        for key in () if faults or name in own else EFFECTS[name].files:
             if key in params and not (path.parent / params[key]).is_file():
                 at = f"{path}: effects.{name}.{key}"
                 yield InputError(f"{at}: no such file: {params[key]}")

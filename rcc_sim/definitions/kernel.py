@@ -42,13 +42,14 @@ def kernel_params(vehicle: Vehicle, *, commanded: bool) -> dict[str, dict[str, f
         If a figure that this kind of run needs is missing; names the key and why.
     """
     for name in vehicle.effects:
-        for key in EFFECTS[name].needs:
+        for key in vehicle.known[name].needs:
             if key == "motor.poles":
                 _poles(vehicle, name)
             elif key == "battery.open_circuit_voltage_v":
                 open_circuit_voltage(vehicle, needed_by=name)
             else:
                 vehicle.figure(key, f"effects.{name} needs it")
+    _check_loading(vehicle)
     body, tyres = vehicle.body, vehicle.tyres
     return {
         "body": {
@@ -77,6 +78,24 @@ def kernel_params(vehicle: Vehicle, *, commanded: bool) -> dict[str, dict[str, f
     }
 
 
+def _check_loading(vehicle: Vehicle) -> None:
+    """Raise if a payload takes the whole mass, or the CG leaves the axles."""
+    body, stated = vehicle.body, vehicle.figures()
+    payload = stated.get("effects.payload.mass_kg")
+    if payload and body.mass_kg.value + payload.value <= 0:
+        raise InputError(
+            f"{vehicle.where}: effects.payload.mass_kg: takes more than the vehicle "
+            f"weighs, {body.mass_kg.value:g} kg: {payload.value:g}"
+        )
+    shift = stated.get("effects.cg_shift.shift_m")
+    l_F, l_R = body.cg_to_front_axle_m.value, body.cg_to_rear_axle_m.value
+    if shift and not -l_R < shift.value < l_F:
+        raise InputError(
+            f"{vehicle.where}: effects.cg_shift.shift_m: should keep the CG between "
+            f"the axles, {-l_R:g} to {l_F:g} m: {shift.value:g}"
+        )
+
+
 def motor_torque_constant(vehicle: Vehicle) -> float | None:
     """Return 3/2 N_p/2 λ [N m/A], or None where the file does not state both."""
     motor = vehicle.motor
@@ -96,8 +115,14 @@ def top_motor_speed(vehicle: Vehicle) -> float:
 
 
 def _phase_linkage(vehicle: Vehicle) -> float:
-    """Voltage per motor speed, N_p/2 λ [V s]; 0 where battery or motor is unknown."""
-    motor = vehicle.motor
+    """Voltage per motor speed, N_p/2 λ [V s]; 0 where no voltage limits the motor.
+
+    That is where battery or motor is unknown, and where the file states the motor's
+    power: the envelope of torque then holds the voltage and any field weakening.
+    """
+    motor, control = vehicle.motor, vehicle.controller
+    if control is not None and control.mode != "speed" and motor.max_power_w:
+        return 0.0
     if motor.poles is None or motor.flux_linkage_wb is None:
         return 0.0
     known = open_circuit_voltage(vehicle) is not None
@@ -152,6 +177,39 @@ def check_throttle(vehicle: Vehicle, *, given: bool) -> None:
         )
     if given and not by_throttle:
         raise InputError(f"{vehicle.where}: controller.mode: should be throttle")
+
+
+def check_slip(
+    vehicle: Vehicle, values: dict[str, dict[str, float]], v_max: float
+) -> None:
+    """Raise if the speed loop outruns the wheels that slip, and would chatter.
+
+    Within a tick the loop turns the wheels by g = n² K_t K_p / (J n²/T + C/v) times the
+    speed that it read less; from g = 1 on each tick overshoots the one before.
+
+    Raises
+    ------
+    InputError
+        If g reaches 1 at the drive's top speed v_max [m/s].
+    """
+    C = values["longitudinal_slip"]["stiffness_n"]
+    if values["control"]["mode"] != SPEED or not 0 < C < inf or v_max <= 0:
+        return
+    n = values["drive"]["N_d"] / (
+        values["tyre"]["r_w"] * values["wheel_radius"]["scale"]
+    )
+    K_p = values["control"]["K_p"] * values["speed_loop"]["proportional_scale"]
+    M = values["rotor_inertia"]["inertia_kgm2"] * n * n
+    held = M / values["control"]["T_loop"] + C / v_max
+    gain = n * n * values["motor"]["K_t"] * K_p / held
+    if gain >= 1:
+        raise InputError(
+            f"{vehicle.where}: effects.longitudinal_slip.stiffness_n: too small "
+            f"for the speed loop at {v_max:.3g} m/s, the wheels would chatter: {C:g}",
+            "state effects.rotor_inertia, which holds the wheels"
+            if M == 0
+            else f"{C * gain:.3g} N would do, or a smaller proportional gain",
+        )
 
 
 def force_table(
@@ -233,7 +291,8 @@ def _effects(vehicle: Vehicle) -> dict[str, dict[str, float]]:
                 if isinstance(figure, Figure)
             },
         }
-        for name, effect in EFFECTS.items()
+        for name, effect in vehicle.known.items()
+        if name in EFFECTS or (name in vehicle.effects and not effect.sensor)
     }
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import copy
 import difflib
+import os
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -12,6 +14,7 @@ from pydantic import BaseModel, ValidationError
 
 from rcc_sim.definitions import library
 from rcc_sim.definitions.figure import Figure
+from rcc_sim.definitions.own_effects import OwnEffect, own_effects
 from rcc_sim.definitions.tables import (
     ADVICE,
     Battery,
@@ -27,6 +30,7 @@ from rcc_sim.definitions.tables import (
 )
 from rcc_sim.definitions.vehicle_file import resolved
 from rcc_sim.errors import InputError
+from rcc_sim.physics.effect import Effect
 from rcc_sim.physics.effects import EFFECTS
 
 TABLES: dict[str, type[Table]] = {
@@ -56,6 +60,8 @@ class Vehicle:
         Effect id -> parameter -> figure (or file name, for a map).
     raw : dict
         The tables as read, after ``extends``; what :meth:`changed` starts from.
+    own : dict
+        Effect id -> effect that is not shipped, of those that it has.
     path : Path or None
         The file; relative file names inside it count from its folder.
     origin : str
@@ -72,6 +78,7 @@ class Vehicle:
     sensors: dict[str, Sensor]
     effects: dict[str, dict[str, Figure | str]]
     raw: dict[str, Any] = field(repr=False, compare=False)
+    own: dict[str, OwnEffect] = field(default_factory=dict, repr=False)
     path: Path | None = field(default=None, compare=False)
     origin: str = field(default="", compare=False)
 
@@ -115,6 +122,11 @@ class Vehicle:
         return found
 
     @property
+    def known(self) -> dict[str, Effect]:
+        """Effect id -> effect: those shipped, and the vehicle's own."""
+        return {**EFFECTS, **{name: own.effect for name, own in self.own.items()}}
+
+    @property
     def where(self) -> str:
         """The file, or the name where it did not come from a file."""
         return str(self.path) if self.path else self.name
@@ -129,6 +141,7 @@ class Vehicle:
         settings: dict[str, Any] | None = None,
         effects: dict[str, dict[str, Any]] | None = None,
         without: tuple[str, ...] = (),
+        files: tuple[str, ...] = (),
     ) -> Vehicle:
         """Return a copy with other figures, effects added, effects taken out.
 
@@ -140,6 +153,8 @@ class Vehicle:
             Effect id -> parameter -> value; a parameter not named is kept.
         without : tuple of str
             Effects to take out.
+        files : tuple of str
+            Python files with effects of the user's own, to be known besides.
         """
         raw = copy.deepcopy(self.raw)
         for key, value in (settings or {}).items():
@@ -155,8 +170,11 @@ class Vehicle:
                     f"write the table too, as in {_likely_key(key)}",
                 )
             node[last] = value
+        if files:
+            stated = raw.setdefault("effects", {})
+            stated["files"] = [*stated.get("files", []), *map(os.path.abspath, files)]
         for name in without:
-            _known_effect(name, self.where)
+            _known_effect(name, self.where, self.known)
             if raw.get("effects", {}).pop(name, None) is None:
                 raise InputError(
                     f"{self.where}: effects.{name}: the vehicle does not have it",
@@ -215,9 +233,16 @@ def build(raw: dict[str, Any], *, path: Path | None, origin: str = "") -> Vehicl
         for column, table in raw.get("sensors", {}).items()
     }
     _check_sizes(parts["body"], parts["tyres"], where)
-    effects = _checked_effects(raw.get("effects", {}), where)
+    own, stated = own_effects(raw.get("effects", {}), where, path)
+    effects = _checked_effects(stated, where, own)
     return Vehicle(
-        **parts, sensors=sensors, effects=effects, raw=raw, path=path, origin=origin
+        **parts,
+        sensors=sensors,
+        effects=effects,
+        raw=raw,
+        own=own,
+        path=path,
+        origin=origin,
     )
 
 
@@ -255,16 +280,17 @@ def faults_of(error: ValidationError, where: str, table: str) -> list[InputError
 
 
 def _checked_effects(
-    raw: dict[str, Any], where: str
+    raw: dict[str, Any], where: str, own: Mapping[str, OwnEffect]
 ) -> dict[str, dict[str, Figure | str]]:
+    known = {**EFFECTS, **{name: found.effect for name, found in own.items()}}
     checked: dict[str, dict[str, Figure | str]] = {}
     for name, params in raw.items():
-        _known_effect(name, where)
+        _known_effect(name, where, known)
         if not isinstance(params, dict):
             raise InputError(f"{where}: effects.{name}: should be a table")
-        checked[name] = _checked_params(name, params, where)
+        checked[name] = _checked_params(known[name], params, where)
     for name in checked:
-        for other in EFFECTS[name].excludes:
+        for other in known[name].excludes:
             if other not in checked:
                 continue
             if name == "motor_efficiency" and "map" not in checked[name]:
@@ -278,9 +304,9 @@ def _checked_effects(
 
 
 def _checked_params(
-    name: str, raw: dict[str, Any], where: str
+    effect: Effect, raw: dict[str, Any], where: str
 ) -> dict[str, Figure | str]:
-    effect = EFFECTS[name]
+    name = effect.id
     known = {param.name: param for param in effect.params}
     params: dict[str, Figure | str] = {}
     for key, value in raw.items():
@@ -338,9 +364,9 @@ def _check_sizes(body: Body, tyres: Tyres, where: str) -> None:
         )
 
 
-def _known_effect(name: str, where: str) -> None:
-    if name not in EFFECTS:
-        raise _unknown(where, f"effects.{name}", tuple(EFFECTS))
+def _known_effect(name: str, where: str, known: Mapping[str, Effect]) -> None:
+    if name not in known:
+        raise _unknown(where, f"effects.{name}", (*known, "files"))
 
 
 def _unknown(where: str, key: str, known: tuple[str, ...]) -> InputError:

@@ -29,6 +29,9 @@ def resolved(path: Path, seen: tuple[Path, ...] = ()) -> dict[str, Any]:
         If a file cannot be read, is not TOML, or extends itself.
     """
     raw = _read_toml(path)
+    effects = raw.get("effects", {})
+    if isinstance(effects, dict) and isinstance(effects.get("files"), list):
+        effects["files"] = [str(path.resolve().parent / f) for f in effects["files"]]
     heading = raw.get("vehicle")
     base = heading.get("extends") if isinstance(heading, dict) else None
     if not base:
@@ -44,11 +47,14 @@ def resolved(path: Path, seen: tuple[Path, ...] = ()) -> dict[str, Any]:
     else:
         parent, _ = library.find("vehicles", base, (".toml",))
     merged = resolved(parent, (*seen, path.resolve()))
-    effects = raw.get("effects", {})
     for name in effects.pop("without", []) if isinstance(effects, dict) else []:
         if merged.get("effects", {}).pop(name, None) is None:
             raise InputError(f"{path}: effects.without: {base} does not have {name}")
-    return _overlaid(merged, raw)
+    inherited = merged.get("effects", {}).get("files", [])
+    whole = _overlaid(merged, raw)
+    if isinstance(effects, dict) and inherited:
+        whole["effects"]["files"] = [*inherited, *effects.get("files", [])]
+    return whole
 
 
 def _overlaid(base: dict[str, Any], top: dict[str, Any]) -> dict[str, Any]:

@@ -28,7 +28,7 @@ def speed_loop(p, c, s, u, flow):
     if commands_nothing(omega_ref, threshold):
         s.integral = 0.0
         return 0.0
-    error = omega_ref - seen_speed(c.n * s.v_x, threshold)
+    error = omega_ref - seen_speed(c.n * s.w, threshold)
     K_p = true_gain(p.control.K_p, p.speed_loop.proportional_scale)
     K_i = true_gain(p.control.K_i, p.speed_loop.integral_scale)
     integral = s.integral + K_i * error * p.control.T_loop
@@ -37,7 +37,7 @@ def speed_loop(p, c, s, u, flow):
     i_q = K_p * error + integral
     high = limited_current(c.i_max, p.current_limit.max_current_a)
     R = p.copper_loss.phase_resistance_ohm
-    omega = c.n * s.v_x
+    omega = c.n * s.w
     reach = voltage_limited_current(p.battery.u_0, omega, R, p.motor.psi)
     if i_q > reach and reach < high:
         high = reach
@@ -56,37 +56,49 @@ def speed_loop(p, c, s, u, flow):
 
 
 @jit
-def driver(p, c, s, u, F_resist):
+def driver(p, c, s, u, flow, F_resist):
     """Wheel force [N] that a driver asks for to follow the reference.
 
-    Knows the vehicle's mass and resistance F_resist [N]; what is left of the speed
-    error is closed with time constant T_d, and its integral with 4 T_d.
+    Asks for no more speed than the motor may turn. Knows the vehicle's mass and
+    resistance F_resist [N]; what is left of the speed error is closed with time
+    constant T_d, and its integral with 4 T_d.
     """
     T_d = p.control.T_driver
-    error = u.v_ref - s.v_x
+    v_ref = u.v_ref
+    a_ref = u.a_ref
+    if v_ref * c.n > p.motor.omega_max:
+        v_ref = p.motor.omega_max / c.n
+        a_ref = 0.0
+        flow.limited += p.control.T_loop
+    error = v_ref - s.v_x
     if u.v_ref == 0.0:
         s.integral = 0.0
     else:
         s.integral += error * p.control.T_loop
         s.integral = min(max(s.integral, -T_d), T_d)  # bounded: no wind-up
-    demand = u.a_ref + error / T_d + s.integral / (4.0 * T_d * T_d)
+    demand = a_ref + error / T_d + s.integral / (4.0 * T_d * T_d)
     if u.v_ref == 0.0 and u.a_ref == 0.0:
         demand -= 1.0 / T_d  # a foot on the brake at standstill
     return (c.m + c.J * c.n * c.n) * demand + F_resist
 
 
 @jit
-def split_force(p, c, F, omega, tau_loss):
+def split_force(p, c, flow, F, omega, tau_loss):
     """Motor torque [N m] and friction-brake force [N] for a wheel force F [N].
 
-    The motor gives what its envelope allows; below its braking limit, friction
-    brakes do the rest.
+    The motor gives what its envelope and the battery's voltage allow; below its
+    braking limit, friction brakes do the rest.
     """
     wanted = F / c.n + tau_loss
     high = torque_envelope(p.motor.tau_max, p.motor.P_max, omega)
     if c.K_t > 0.0:
         i_max = limited_current(c.i_max, p.current_limit.max_current_a)
         high = min(high, i_max * c.K_t)
+        R = p.copper_loss.phase_resistance_ohm
+        reach = voltage_limited_current(p.battery.u_0, omega, R, p.motor.psi) * c.K_t
+        if wanted > reach and reach < high:
+            high = reach
+            flow.limited += p.control.T_loop
     low = max(c.tau_min, -torque_envelope(p.motor.tau_max, p.motor.P_max, omega))
     if wanted > high:
         return high, 0.0

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf
+from math import inf, isfinite
+
+WIDER = 10.0
+"""How far past its typical range a figure without a bound is looked for. [1]"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +35,19 @@ class Param:
     typical: tuple[float, float] = (0.0, 0.0)
     about: str = ""
     optional: bool = False
+
+    @property
+    def search(self) -> tuple[float, float]:
+        """Finite range in which a fit may look: the bounds, or WIDER than typical.
+
+        Where a bound is infinite, as that of a limit which is absent at infinity, the
+        typical range times or over WIDER stands in its place.
+        """
+        low, high = self.bounds
+        return (
+            low if isfinite(low) else self.typical[0] - WIDER * abs(self.typical[0]),
+            high if isfinite(high) else WIDER * self.typical[1],
+        )
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,12 +26,12 @@ PARAMS: Schema = {
 CHASSIS: Schema = floats(
     "m", "I_z", "l_F", "l_R", "l", "C_F", "C_R", "D_F", "D_R",
     "sigma", "n", "n_file", "J", "m_spin", "K_t", "tau_min", "i_max",
-    "v_slip", "t_char", "E_0", "E_rotor_0",
+    "v_slip", "slips", "t_char", "E_0", "E_rotor_0",
 )  # fmt: skip
 """Constants of a run, worked out once from the parameters by ``step.prepare``."""
 
 STATE: Schema = floats(
-    "t", "v_x", "v_y", "r", "x", "y", "psi", "s", "z", "a_x", "integral",
+    "t", "v_x", "v_y", "r", "w", "x", "y", "psi", "s", "z", "a_x", "integral",
     "play", "angle", "drift", "alpha_F", "alpha_R", "tau", "ref_at",
     "steer_at", "throttle_at", "grade_at", "aux_at",
 )  # fmt: skip
@@ -45,18 +45,19 @@ INPUTS: Schema = floats(
 
 FORCES: Schema = floats(
     "roll", "aero", "grade", "road", "visc", "dry", "iron", "F_F", "F_R",
-    "v_y", "r", "a", "v", "T_L", "k", "moving",
+    "v_y", "r", "a", "v", "T_L", "k", "moving", "w", "w_1", "slides",
+    "pull", "twist", "draw",
 )  # fmt: skip
 """Forces [N] and shaft torques [N m] at the middle of one step."""
 
 FLOW: Schema = floats(
     "dt", "a_x", "a_y", "i_q", "tau", "P", "i", "u", "aux", "E", "E_abs", "short",
-    "limited", "tau_over", "P_over", "outside",
+    "limited", "tau_over", "P_over", "outside", "slip",
 )  # fmt: skip
 """Time integrals since the last row, and what went beyond the vehicle's means."""
 
 ROW: Schema = floats(
-    "t", "v_ref", "throttle", "steer", "v", "r", "a_x", "a_y", "i_q", "tau",
+    "t", "v_ref", "throttle", "steer", "v", "w", "r", "a_x", "a_y", "i_q", "tau",
     "u", "i", "P", "x", "y", "psi", "z", "slope", "aux", "s", "E",
 )  # fmt: skip
 """One row of the trace: samples, and means since the row before."""

@@ -15,6 +15,7 @@ from rcc_sim.physics.effects.motor_efficiency import ETA_MIN
 from rcc_sim.physics.effects.motor_lag import built_up
 from rcc_sim.physics.effects.reference_sampling import held_time
 from rcc_sim.physics.effects.steering_delay import delayed
+from rcc_sim.physics.extra import EXTRA
 from rcc_sim.physics.follower import lane_curvature, pursuit_steer
 from rcc_sim.physics.params import FOLLOW, LOGGED, SPEED, THROTTLE
 from rcc_sim.physics.step import (
@@ -34,6 +35,7 @@ def begin(p, c, s, v_0, r_0):
     """Set up the constants of a run and the state at its first row."""
     prepare(p, c)
     s.v_x = v_0
+    s.w = v_0
     s.r = r_0
     c.E_0 = 0.5 * (c.m * v_0 * v_0 + c.I_z * r_0 * r_0)
     c.E_rotor_0 = 0.5 * c.J * c.n * c.n * v_0 * v_0
@@ -48,6 +50,7 @@ def write(c, s, u, E, flow, row):
     row.throttle = u.throttle
     row.steer = u.steer
     row.v = s.v_x
+    row.w = s.w
     row.r = s.r
     row.x = s.x
     row.y = s.y
@@ -102,12 +105,17 @@ def look_up_road(p, s, u, grade, aux, t, distance):
 
 
 @jit
-def follow_reference(p, c, s, u, f, ref):
+def follow_reference(p, c, s, u, f, flow, ref):
     """Let a driver decide torque [N m] and brake for the tick: torque mode."""
     u.a_ref = slope_of(s.t + 0.5 * p.control.T_loop, ref[0], ref[1], s.ref_at)
-    resist(p, c, u, f, s.v_x)
-    F = driver(p, c, s, u, f.roll + f.aero + f.grade + f.road)
-    tau, u.brake = split_force(p, c, F, c.n * s.v_x, f.visc + f.dry + f.iron)
+    resist(p, c, u, f, s.v_x, s.w)
+    R = f.roll + f.aero + f.grade + f.road
+    tau_loss = f.visc + f.dry + f.iron
+    if EXTRA:
+        R += f.pull
+        tau_loss += f.twist
+    F = driver(p, c, s, u, flow, R)
+    tau, u.brake = split_force(p, c, flow, F, c.n * s.w, tau_loss)
     return tau
 
 
@@ -170,7 +178,7 @@ def run_commanded(P, work, drive, maps, lines, rows, sinks, every, substeps):
             elif p.control.mode == THROTTLE:
                 tau = obey_throttle(p, c, s, u, force, throttle, late_motor, tick)
             else:
-                tau = follow_reference(p, c, s, u, f, ref)
+                tau = follow_reference(p, c, s, u, f, flow, ref)
             if p.actuation_delay.delay_s > 0.0 and p.control.mode != THROTTLE:
                 delay = p.actuation_delay.delay_s
                 tau = command_of(late_motor, tick, delay, T, tau)

@@ -20,6 +20,7 @@ from rcc_sim.physics.effects.front_cornering_stiffness import front_stiffness
 from rcc_sim.physics.effects.gear_loss import gear_transmission
 from rcc_sim.physics.effects.headwind import air_speed
 from rcc_sim.physics.effects.iron_loss import iron_torque
+from rcc_sim.physics.effects.longitudinal_slip import slips
 from rcc_sim.physics.effects.motor_efficiency import (
     conversion_loss,
     map_efficiency,
@@ -35,9 +36,12 @@ from rcc_sim.physics.effects.rotor_inertia import reflected_mass
 from rcc_sim.physics.effects.tyre_saturation import slip_angle
 from rcc_sim.physics.effects.wheel_radius import true_radius
 from rcc_sim.physics.effects.yaw_inertia import true_yaw_inertia
+from rcc_sim.physics.extra import EXTRA, act, book_draw, book_extra
 from rcc_sim.physics.powertrain import q_current, torque_envelope
+from rcc_sim.physics.slip import count_slip, slide, turn_wheels
 from rcc_sim.units import G
 
+PASSES = 3  # 1; how often slip and load of imposed driving wheels are set to each other
 SLIP_BLEND = 0.02  # 1; tyre slip fades out below this times sqrt(C_F l / m)
 
 
@@ -59,7 +63,10 @@ def prepare(p, c):
     c.n_file = p.drive.N_d / p.tyre.r_w
     c.n = p.drive.N_d / true_radius(p.tyre.r_w, p.wheel_radius.scale)
     c.J = p.rotor_inertia.inertia_kgm2
-    c.m_spin = c.m + reflected_mass(c.J, c.n)
+    c.slips = slips(p.longitudinal_slip.stiffness_n)
+    c.m_spin = c.m
+    if c.slips == 0.0:
+        c.m_spin = c.m + reflected_mass(c.J, c.n)
     c.K_t = p.motor.K_t
     c.i_max = p.control.i_max
     c.tau_min = -braking_limit(
@@ -70,21 +77,27 @@ def prepare(p, c):
 
 
 @jit
-def resist(p, c, u, f, v):
+def resist(p, c, u, f, v, w):
     """Everything that holds the vehicle back at v [m/s]: road, air, shaft.
 
+    w [m/s] is the speed of the driven wheels' rims, v where they do not slip.
     Dry friction, rolling resistance and the constant part of a road load are the
     most that they can be: a vehicle at rest moves only if it is pushed by more.
     """
-    omega = c.n * v
     v_air = air_speed(v, p.headwind.speed_mps)
     drag = p.aerodynamic_drag
     road = p.road_load
-    iron = p.iron_loss
     f.roll = rolling_force(wheel_load(c.m, u.slope), p.rolling_resistance.coefficient)
     f.aero = drag_force(v_air, drag.drag_area_m2, drag.air_density_kg_per_m3)
     f.grade = grade_force(c.m, u.slope)
     f.road = road_load_force(v, road.a_n, road.b_n_s_per_m, road.c_n_s2_per_m2)
+    resist_turning(p, f, c.n * w)
+
+
+@jit
+def resist_turning(p, f, omega):
+    """Torques that hold the motor's shaft back at omega [rad/s]."""
+    iron = p.iron_loss
     f.visc = damping_torque(omega, p.drivetrain_damping.damping_nms_per_rad)
     f.dry = friction_torque(p.drivetrain_friction.torque_nm)
     f.iron = iron_torque(omega, iron.hysteresis_torque_nm, iron.eddy_nms_per_rad)
@@ -94,14 +107,19 @@ def resist(p, c, u, f, v):
 def accelerate(p, c, u, f):
     """Acceleration [m/s²] from m a = k n T_L - R with T_L = tau - losses - J n a.
 
+    Returns T = tau - losses [N m] and R [N].
     k is the transmission of the gears, n = N_d / r_w; the sign of T_L, which decides
     k, is that of T + J n R / m whichever way k falls.
     """
     R = f.roll + f.aero + f.grade + f.road + u.brake + f.F_F * u.sin_delta
     T = u.tau - f.visc - f.dry - f.iron
+    if EXTRA:
+        R += f.pull
+        T -= f.twist
     f.k = gear_transmission(T + c.J * c.n * R / c.m, p.gear_loss.efficiency)
     f.a = (f.k * c.n * T - R) / (c.m + f.k * c.J * c.n * c.n)
     f.T_L = T - c.J * c.n * f.a
+    return T, R
 
 
 @jit
@@ -109,17 +127,30 @@ def step(p, c, s, u, f, E, flow, dt):
     """Advance the vehicle by dt [s] under the inputs u; book where the energy went."""
     turn_velocity(c, s, 0.5 * dt)
     v = max(s.v_x + 0.5 * dt * s.a_x, 0.0)
-    resist(p, c, u, f, v)
+    w = v
+    if c.slips > 0.0:
+        w = max(v + s.w - s.v_x, 0.0)
+    resist(p, c, u, f, v, w)
+    if EXTRA:
+        act(p, c, s, u, f, v, w, s.a_x)
     corner(c, s, u, f, v, dt)
-    accelerate(p, c, u, f)
+    T, R = accelerate(p, c, u, f)
+    if c.slips > 0.0:
+        slide(p, c, s, u, f, E, v, T, R, dt)
     v_1 = s.v_x + f.a * dt
     f.moving = dt  # how much of the step the wheels turn
-    if v_1 <= 0.0:  # comes to rest, or is held at rest, within the step
+    if (
+        v_1 <= 0.0 and f.slides == 0.0
+    ):  # comes to rest, or is held at rest, within the step
         f.moving = 0.0
         if f.a < 0.0:
             f.moving = min(-s.v_x / f.a, dt)
         v_1 = 0.0
     f.v = 0.5 * (s.v_x + v_1)
+    f.w = f.v
+    if f.slides > 0.0:
+        f.w = 0.5 * (s.w + f.w_1)
+        count_slip(c, f, flow, v)
     a_mean = (v_1 - s.v_x) / dt
     book_motion(c, u, f, E, dt)
     turning = (c.m / c.m_spin - 1.0) * s.v_y * f.r
@@ -140,7 +171,12 @@ def step(p, c, s, u, f, E, flow, dt):
     s.r = 2.0 * f.r - s.r
     s.s += f.v * f.moving
     s.z += f.v * f.moving * u.slope / math.sqrt(1.0 + u.slope * u.slope)
+    s.w = v_1
+    if f.slides > 0.0:
+        s.w = f.w_1
     turn_velocity(c, s, 0.5 * dt)
+    if c.slips == 0.0:
+        s.w = s.v_x
 
 
 @jit
@@ -155,18 +191,27 @@ def step_imposed(p, c, s, u, f, E, flow, v_1, r_1, dt):
     f.moving = dt
     if f.v <= 0.0:
         f.moving = 0.0
-    resist(p, c, u, f, f.v)
+    f.w = f.v
+    f.w_1 = v_1
+    resist(p, c, u, f, f.v, f.v)
+    if EXTRA:
+        act(p, c, s, u, f, f.v, f.v, f.a)
     steady_axle_forces(c, f, f.v, 0.5 * (s.r + r_1), (r_1 - s.r) / dt)
     P_slip = slip_loss(f.F_F, f.v, c.C_F, c.D_F) + slip_loss(f.F_R, f.v, c.C_R, c.D_R)
     if f.moving > 0.0:
+<<<<<<< HEAD
         turning = (P_slip + c.I_z * (r_1 - s.r) / dt * f.r) / f.v
         supply(p, c, u, f, flow, turning, dt)
+=======
+        supply(p, c, s, u, f, flow, P_slip, (r_1 - s.r) / dt, v_1, dt)
+>>>>>>> h-a
     else:
         rest(u, f)
     book_motion_imposed(c, u, f, E)
     flow.a_x += (f.a + f.grade / c.m) * dt
     flow.a_y += f.v * f.r * dt
     s.v_x = v_1
+    s.w = f.w_1
     s.s += f.v * dt
     s.z += f.v * dt * u.slope / math.sqrt(1.0 + u.slope * u.slope)
     psi = s.psi + 0.5 * dt * f.r
@@ -210,6 +255,7 @@ def slip_loss(F, v, C, D):
 
 
 @jit
+<<<<<<< HEAD
 def rest(u, f):
     """Ask nothing of a vehicle that stands."""
     u.tau = 0.0
@@ -225,22 +271,47 @@ def supply(p, c, u, f, flow, turning, dt):
     ``turning`` [N] is the force along the vehicle that its turning takes.
     """
     omega = c.n * f.v
+=======
+def supply(p, c, s, u, f, flow, P_slip, r_dot, v_1, dt):
+    """Torque and brake force that give the imposed acceleration, losses included."""
+    turning = (P_slip + c.I_z * r_dot * f.r) / f.v
+>>>>>>> h-a
     F = c.m * f.a + f.roll + f.aero + f.grade + f.road + turning
+    losses = f.visc + f.dry + f.iron + c.J * c.n * f.a
+    if EXTRA:
+        F += f.pull
+        losses += f.twist
+    high = deliver(p, c, u, f, F, losses)
+    if c.slips > 0.0:
+        for _ in range(PASSES):
+            spin = turn_wheels(p, c, s, f, f.k * c.n * f.T_L, v_1, dt)
+            resist_turning(p, f, c.n * f.w)
+            losses = f.visc + f.dry + f.iron + spin
+            if EXTRA:
+                losses += f.twist
+            high = deliver(p, c, u, f, F, losses)
+    if u.tau > high:
+        flow.short += dt
+        flow.tau_over = max(flow.tau_over, u.tau / high)
+    if c.slips > 0.0:
+        count_slip(c, f, flow, f.v)
+
+
+@jit
+def deliver(p, c, u, f, F, losses):
+    """Shaft torque and brake force for a wheel force F [N]; most torque returned."""
     eta = p.gear_loss.efficiency
     f.k = gear_transmission(F, eta)
-    losses = f.visc + f.dry + f.iron + c.J * c.n * f.a
     u.tau = F / (f.k * c.n) + losses
-    high = torque_envelope(p.motor.tau_max, p.motor.P_max, omega)
+    high = torque_envelope(p.motor.tau_max, p.motor.P_max, c.n * f.w)
     low = max(c.tau_min, -high)
     u.brake = 0.0
     if u.tau < low:
         u.tau = low
         f.k = gear_transmission(low - losses, eta)
         u.brake = f.k * c.n * (low - losses) - F
-    elif u.tau > high:
-        flow.short += dt
-        flow.tau_over = max(flow.tau_over, u.tau / high)
     f.T_L = u.tau - losses
+    return high
 
 
 @jit
@@ -250,7 +321,7 @@ def book_motion(c, u, f, E, dt):
     u_F = (f.v_y + c.l_F * f.r) * u.cos_delta * dt - u.sin_delta * ds
     E.tyre_slip_front -= f.F_F * u_F
     E.tyre_slip_rear -= f.F_R * (f.v_y - c.l_R * f.r) * dt
-    book_shared(c, u, f, E, ds)
+    book_shared(c, u, f, E, ds, f.w * f.moving)
 
 
 @jit
@@ -258,21 +329,28 @@ def book_motion_imposed(c, u, f, E):
     """Book the same where speed and yaw rate are imposed."""
     E.tyre_slip_front += slip_loss(f.F_F, f.v, c.C_F, c.D_F) * f.moving
     E.tyre_slip_rear += slip_loss(f.F_R, f.v, c.C_R, c.D_R) * f.moving
-    book_shared(c, u, f, E, f.v * f.moving)
+    book_shared(c, u, f, E, f.v * f.moving, f.w * f.moving)
 
 
 @jit
-def book_shared(c, u, f, E, ds):
-    """Book road, air, brakes, shaft and gears over the distance ds [m]."""
+def book_shared(c, u, f, E, ds, dw):
+    """Book road, air and brakes over the distance ds [m], shaft and gears over dw.
+
+    dw [m] is the way of the wheels' rims: ds unless they slip.
+    """
     E.rolling_resistance += f.roll * ds
     E.aerodynamic_drag += f.aero * ds
     E.road_grade += f.grade * ds
     E.road_load += f.road * ds
     E.brakes += u.brake * ds
-    E.drivetrain_damping += f.visc * c.n * ds
-    E.drivetrain_friction += f.dry * c.n * ds
-    E.iron_loss += f.iron * c.n * ds
-    E.gear_loss += (1.0 - f.k) * f.T_L * c.n * ds
+    E.drivetrain_damping += f.visc * c.n * dw
+    E.drivetrain_friction += f.dry * c.n * dw
+    E.iron_loss += f.iron * c.n * dw
+    E.gear_loss += (1.0 - f.k) * f.T_L * c.n * dw
+    if c.slips > 0.0:
+        E.longitudinal_slip += f.k * c.n * f.T_L * (dw - ds)
+    if EXTRA:
+        book_extra(c, f, E, ds, dw)
 
 
 @jit
@@ -281,7 +359,7 @@ def mapped_efficiency(p, c, u, f, flow, eta, dt):
 
     ``eta`` is the map: torque, speed, efficiency by both.
     """
-    omega = c.n * f.v
+    omega = c.n * f.w
     if outside_map(u.tau, omega, eta[0], eta[1]):
         flow.outside += dt
     scale = p.motor_efficiency.scale
@@ -294,7 +372,7 @@ def electrify(p, c, u, f, E, flow, eff, dt):
 
     ``eff`` is the efficiency of motor and inverter, beside the single loss terms.
     """
-    omega = c.n * f.v
+    omega = c.n * f.w
     i_q = q_current(u.tau, c.K_t)
     share = f.moving / dt
     P_shaft = u.tau * omega * share
@@ -302,6 +380,9 @@ def electrify(p, c, u, f, E, flow, eff, dt):
     P_lost = conversion_loss(P_shaft, eff)
     P_aux = auxiliary_power(p.auxiliary_load.power_w, u.aux)
     P = P_shaft + P_copper + P_lost + P_aux
+    if EXTRA:
+        P += f.draw
+        book_draw(f, E, dt)
     R_i = p.battery_resistance.resistance_ohm
     i = terminal_current(P, p.battery.u_0, R_i)
     if R_i > 0.0:
@@ -329,5 +410,5 @@ def book_state(c, s, E):
     This is what makes the ledger a check: the works above must add up to it.
     """
     v2 = s.v_x * s.v_x
-    E.rotor_inertia = 0.5 * c.J * c.n * c.n * v2 - c.E_rotor_0
+    E.rotor_inertia = 0.5 * c.J * c.n * c.n * (s.w * s.w) - c.E_rotor_0
     E.kinetic = 0.5 * (c.m * (v2 + s.v_y * s.v_y) + c.I_z * s.r * s.r) - c.E_0

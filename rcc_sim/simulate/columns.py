@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,6 @@ from numpy.typing import NDArray
 from rcc_sim.definitions.figure import Figure
 from rcc_sim.definitions.kernel import open_circuit_voltage
 from rcc_sim.definitions.vehicle import Vehicle
-from rcc_sim.physics.params import SINKS
 from rcc_sim.physics.powertrain import dq_voltages
 from rcc_sim.physics.record import column
 
@@ -18,7 +18,14 @@ Array = NDArray[np.float64]
 
 
 def trace_columns(
-    vehicle: Vehicle, rows: Any, sinks: Any, *, n: float, n_file: float, K_t: float
+    vehicle: Vehicle,
+    rows: Any,
+    sinks: Any,
+    lines: Sequence[str],
+    *,
+    n: float,
+    n_file: float,
+    K_t: float,
 ) -> dict[str, Array]:
     """Return the trace of a run, column by edge name.
 
@@ -29,25 +36,28 @@ def trace_columns(
     ----------
     rows, sinks : records
         What the kernel wrote.
+    lines : sequence of str
+        Lines of the ledger.
     n, n_file : float
         Motor speed over road speed, true and by the file's radius. [1/m]
     K_t : float
         Torque constant; 0 where unknown. [N m/A]
     """
-    v = column(rows, "v")
+    w = column(rows, "w")
     out = {
         "time_s": column(rows, "t"),
         "speed_ref_mps": column(rows, "v_ref"),
         "steer_cmd_rad": column(rows, "steer"),
-        "speed_mps": v * (n / n_file),
+        "speed_mps": w * (n / n_file),
         "yaw_rate_radps": column(rows, "r"),
         "accel_x_mps2": column(rows, "a_x"),
         "accel_y_mps2": column(rows, "a_y"),
         "motor_torque_nm": column(rows, "tau"),
-        "motor_speed_radps": v * n,
+        "motor_speed_radps": w * n,
     }
     if K_t > 0:
-        out |= _motor_columns(vehicle, column(rows, "i_q"), v * n)
+        omega = np.concatenate([w[:1], 0.5 * (w[1:] + w[:-1])]) * n  # as the currents
+        out |= _motor_columns(vehicle, column(rows, "i_q"), omega)
     if open_circuit_voltage(vehicle) is not None:
         out["battery_voltage_v"] = column(rows, "u")
         out["battery_current_a"] = column(rows, "i")
@@ -65,7 +75,7 @@ def trace_columns(
         out[name] = column(rows, symbol)
     out["distance_m"] = column(rows, "s")
     out["battery_energy_j"] = column(rows, "E")
-    for sink in SINKS:
+    for sink in lines:
         joules = column(sinks, sink)
         if sink == "kinetic" or np.any(joules):
             out[f"energy_{sink}_j"] = joules
@@ -76,7 +86,7 @@ def _motor_columns(vehicle: Vehicle, i_q: Array, omega: Array) -> dict[str, Arra
     out = {"motor_current_a": i_q, "current_q_a": i_q, "current_d_a": 0.0 * i_q}
     motor = vehicle.motor
     resistance = vehicle.effects.get("copper_loss", {}).get("phase_resistance_ohm")
-    if motor.average_inductance_h is None or not isinstance(resistance, Figure):
+    if motor.average_inductance_h is None:
         return out
     half = motor.inductance_difference_h
     L_q = motor.average_inductance_h.value + (half.value / 2 if half else 0.0)
@@ -84,7 +94,7 @@ def _motor_columns(vehicle: Vehicle, i_q: Array, omega: Array) -> dict[str, Arra
     V_d, V_q = dq_voltages(
         i_q,
         omega,
-        R=resistance.value,
+        R=resistance.value if isinstance(resistance, Figure) else 0.0,
         L_q=L_q,
         poles=motor.poles,
         flux_linkage=motor.flux_linkage_wb.value,

@@ -17,6 +17,9 @@ from rcc_sim.units import G
 FARTHER = 0.02
 """Share by which a drive may be longer or shorter than its cycle without a word."""
 
+LINEAR_SLIP = 0.15
+"""Slip up to which a tyre's longitudinal force is about proportional to it."""
+
 STEPS_PER_CHANGE = 8
 """Rows that a lane change needs to be seen as one."""
 
@@ -58,13 +61,18 @@ def run_notes(
         )
     if beyond["limited"] > 0:
         notes.append(
-            f"for {beyond['limited']:.3g} s the reference asks for more speed than the "
-            "battery's voltage or the motor's speed limit allows"
+            f"for {beyond['limited']:.3g} s the reference asks for more speed or "
+            "torque than the battery's voltage or the motor's speed limit allows"
         )
     if beyond["outside"] > 0:
         notes.append(
             f"{beyond['outside']:.3g} s outside the motor's efficiency map, "
             "taken at its edge"
+        )
+    if beyond["slip"] > LINEAR_SLIP:
+        notes.append(
+            f"the driven tyres slip by up to {100 * beyond['slip']:.2g} %: past about "
+            f"{100 * LINEAR_SLIP:g} % the stiffness alone does not describe them"
         )
     return (
         *notes,

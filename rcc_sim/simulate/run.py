@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rcc_sim.definitions.cycle import Cycle
 from rcc_sim.definitions.kernel import (
+    check_slip,
     check_throttle,
     efficiency_map,
     force_table,
@@ -19,13 +20,14 @@ from rcc_sim.definitions.kernel import (
 )
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
-from rcc_sim.jit import compiled, compiler_is_loaded
+from rcc_sim.jit import compiler_is_loaded
 from rcc_sim.physics import params as schema
 from rcc_sim.physics import record
 from rcc_sim.physics.ledger import left_open
 from rcc_sim.physics.run import run_commanded, run_imposed
 from rcc_sim.simulate.columns import trace_columns
 from rcc_sim.simulate.notes import run_notes
+from rcc_sim.simulate.own import NotCompiled, OwnTerms, own_terms
 from rcc_sim.simulate.sensors import sensed_columns
 from rcc_sim.trace import Trace
 
@@ -37,8 +39,6 @@ FEW_ROWS = 20_000
 
 OUTPUT_RATE = {"speed": 100.0, "torque": 10.0, "throttle": 100.0}
 """Rows per second where neither user nor file says so. [Hz]"""
-
-WORK = (schema.CHASSIS, schema.STATE, schema.INPUTS, schema.FORCES, schema.FLOW)
 
 
 @dataclass(frozen=True)
@@ -187,6 +187,7 @@ def simulate(
         )
     else:
         check_throttle(vehicle, given=throttle is not None)
+        check_slip(vehicle, values, cycle.max_speed)
         T_loop = values["control"]["T_loop"]
         every, rows = _sampling(vehicle, cycle, T_loop, output_rate)
         tail = (every, substeps)
@@ -197,17 +198,27 @@ def simulate(
     fast = engine == "compiled" or (
         engine == "auto" and (not imposed or rows > FEW_ROWS or compiler_is_loaded())
     )
-    make = record.array if fast else record.plain
-    P, work = make(schema.PARAMS), tuple(make(s) for s in WORK)
-    table, sinks = make(schema.ROW, rows), make(record.floats(*schema.SINKS), rows)
-    record.fill(P[0], values)
     maps = (efficiency_map(vehicle), force_table(vehicle))
     kernel: Callable[..., Any] = run_imposed if imposed else run_commanded
     lines = () if imposed else (_delay_lines(values),)
-    call = compiled(kernel) if fast else kernel
-    call(P, work, drive, maps, *lines, table, sinks, *tail)
+    own = own_terms(vehicle)
+
+    def driven(fast: bool) -> tuple[Any, Any, Any]:
+        make = record.array if fast else record.plain
+        P, work = make(own.params), tuple(make(s) for s in own.work)
+        table, sinks = make(schema.ROW, rows), make(record.floats(*own.sinks), rows)
+        record.fill(P[0], values)
+        own.call(kernel, fast, P, work, drive, maps, *lines, table, sinks, *tail)
+        own.check(table, sinks)
+        return work, table, sinks
+
     changes = values["lanes"]["length"] if lanes is not None else math.inf
-    return _run(vehicle, cycle, work, table, sinks, changes)
+    try:
+        return _run(vehicle, cycle, *driven(fast), own, changes)
+    except NotCompiled as error:
+        slow = _run(vehicle, cycle, *driven(False), own, changes)
+        note = f"{error}: it ran in plain Python, which is slower"
+        return replace(slow, notes=(*slow.notes, note))
 
 
 def road_profile(road: Trace) -> Profile:
@@ -247,6 +258,7 @@ def _run(
     work: Any,
     table: Any,
     sinks: Any,
+    own: OwnTerms,
     lane_length: float,
 ) -> Run:
     chassis, flow = work[0][0], work[4][0]
@@ -255,6 +267,7 @@ def _run(
         vehicle,
         table,
         sinks,
+        own.sinks,
         n=float(get(chassis, "n")),
         n_file=float(get(chassis, "n_file")),
         K_t=float(get(chassis, "K_t")),
@@ -263,7 +276,7 @@ def _run(
         columns["time_s"] = columns["time_s"] + float(cycle.time_s[0])
     ledger = {
         sink: float(columns[f"energy_{sink}_j"][-1])
-        for sink in schema.SINKS
+        for sink in own.sinks
         if f"energy_{sink}_j" in columns
     }
     given = float(columns["battery_energy_j"][-1])
@@ -307,7 +320,7 @@ def _sampling(
         default = OUTPUT_RATE[vehicle.controller.mode]
         held = getattr(period, "value", 0.0)
         rate = 1 / held if held > 0 and vehicle.controller.mode == "speed" else default
-        rate = min(rate, 1 / T_loop)
+        rate = 1 / (max(round(1 / (rate * T_loop)), 1) * T_loop)  # one the loop has
     if not (math.isfinite(rate) and rate > 0):
         raise InputError(f"output rate: should be positive: {rate:g} Hz")
     every = round(1 / (rate * T_loop))

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.definitions.figure import Figure
+from rcc_sim.definitions.own_effects import sensed_by
 from rcc_sim.definitions.vehicle import Vehicle
-from rcc_sim.physics.effects import EFFECTS
 
 Array = NDArray[np.float64]
 
@@ -24,7 +24,7 @@ def sensed_columns(vehicle: Vehicle, columns: Mapping[str, Array]) -> dict[str, 
     """
     seen = dict(columns)
     for name, given in vehicle.effects.items():
-        effect = EFFECTS[name]
+        effect = vehicle.known[name]
         if not effect.sensor:
             continue
         values = effect.neutral | {
@@ -33,6 +33,9 @@ def sensed_columns(vehicle: Vehicle, columns: Mapping[str, Array]) -> dict[str, 
             if isinstance(figure, Figure)
         }
         if values == effect.neutral:
+            continue
+        if name in vehicle.own:
+            seen |= sensed_by(vehicle.own[name], seen, values.values())
             continue
         module = import_module(f"rcc_sim.physics.effects.{name}")
         seen |= module.sensed(seen, seen["time_s"], *values.values())

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rcc_sim.definitions.cycle import Cycle
-from rcc_sim.physics import bicycle, control, run, step
+from rcc_sim.physics import bicycle, control, run, slip, step
 from rcc_sim.physics.effects import EFFECTS
 from rcc_sim.physics.params import SINKS
 from rcc_sim.simulate.run import LaneChanges, simulate
@@ -18,6 +18,7 @@ CYCLE = Cycle(
 )
 FAST = Cycle("f", np.array([0.0, 8, 20, 30, 36]), np.array([0, 15, 15, 5, 0]))
 BASE = {
+    "rotor_inertia": {"inertia_kgm2": 1e-6},
     "drivetrain_damping": {"damping_nms_per_rad": 1e-5},
     "rolling_resistance": {"coefficient": 0.02},
     "aerodynamic_drag": {"drag_area_m2": 0.05},
@@ -60,6 +61,8 @@ OFF_NEUTRAL = {
     "current_sensor_scale": {"scale": 0.97},
     "yaw_rate_bias": {"bias_radps": 0.01},
     "accelerometer_bias": {"x_mps2": 0.2, "y_mps2": -0.1},
+    "longitudinal_slip": {"stiffness_n": 300.0},
+    "sensor_delay": {"delay_s": 0.03, "battery_delay_s": 0.0123},
 }
 
 
@@ -101,8 +104,9 @@ def test_an_effect_off_neutral_moves_the_trace(name):
 
 @pytest.mark.parametrize("name", [n for n, e in EFFECTS.items() if e.sensor])
 def test_a_sensor_effect_leaves_the_energy_to_the_car(name):
-    true = simulate(car(BASE), CYCLE)
-    seen = simulate(car(BASE | {name: OFF_NEUTRAL[name]}), CYCLE)
+    lanes = LaneChanges(8.0)
+    true = simulate(car(BASE), CYCLE, lanes=lanes)
+    seen = simulate(car(BASE | {name: OFF_NEUTRAL[name]}), CYCLE, lanes=lanes)
     assert seen.ledger == true.ledger
     for column in EFFECTS[name].channels:
         assert not np.array_equal(seen.trace[column], true.trace[column])
@@ -114,14 +118,14 @@ def test_an_effect_has_its_call_in_the_kernel(name):
     module = f"rcc_sim.physics.effects.{name}"
     kernel = [
         f.__code__
-        for m in (step, run, control, bicycle)
+        for m in (step, run, control, bicycle, slip)
         for f in vars(m).values()
         if inspect.isfunction(f) and f.__module__ == m.__name__
     ]
     used = {n for code in kernel for n in code.co_names}
     own = {
         f.__name__
-        for m in (step, run, control, bicycle)
+        for m in (step, run, control, bicycle, slip)
         for f in vars(m).values()
         if getattr(f, "__module__", "") == module
     }

@@ -1,0 +1,84 @@
+"""Sensors whose readings arrive late."""
+
+from rcc_sim.physics.effect import Effect, Param
+
+SAMPLED = ("speed_mps", "motor_speed_radps", "yaw_rate_radps")
+"""Columns that are samples at a row's time; the others are means since the row before.
+"""
+
+CHANNELS = (
+    ("speed_mps", "motor_speed_radps"),
+    ("yaw_rate_radps",),
+    ("accel_x_mps2", "accel_y_mps2"),
+    (
+        *("motor_current_a", "current_d_a", "current_q_a", "motor_torque_nm"),
+        *("voltage_d_v", "voltage_q_v"),
+    ),
+    ("battery_voltage_v", "battery_current_a", "battery_power_w"),
+)
+"""Columns that each sensor gives, in the order of the parameters after the first."""
+
+
+def sensed(columns, time, delay, *more):
+    """Columns of a log whose sensors are late by delay + more [s], sensor by sensor."""
+    return {
+        name: late(columns[name], time, delay + extra, name in SAMPLED)
+        for names, extra in zip(CHANNELS, more, strict=True)
+        for name in names
+        if name in columns and delay + extra != 0.0 and len(time) > 1
+    }
+
+
+def late(values, time, delay, sampled):
+    """Readings of `delay` [s] ago; before the start the first value holds.
+
+    Samples are interpolated. Means are those of the interval that came `delay` earlier,
+    from their running integral, so that no energy is lost between rows.
+    """
+    import numpy as np
+
+    if sampled:
+        return np.interp(time - delay, time, values)
+    steps = np.diff(time)
+    total = np.concatenate([[0.0], np.cumsum(values[1:] * steps)])
+    past = time - delay
+    before = np.minimum(past - time[0], 0.0) * values[1]
+    seen = np.diff(np.interp(past, time, total) + before) / steps
+    return np.concatenate([values[:1], seen])
+
+
+def _more(name, what):
+    return Param(
+        name,
+        neutral=0.0,
+        bounds=(0.0, 2.0),
+        typical=(0.005, 0.2),
+        about=f"more delay of {what}, on top of delay_s",
+        optional=True,
+    )
+
+
+EFFECT = Effect(
+    id="sensor_delay",
+    title="delay of the sensors",
+    equation="reading(t) = true(t - delay)",
+    params=(
+        Param(
+            "delay_s",
+            neutral=0.0,
+            bounds=(0.0, 2.0),
+            typical=(0.005, 0.2),
+            about="delay of every sensor",
+            optional=True,
+        ),
+        _more("speed_delay_s", "the speed (motor and vehicle)"),
+        _more("yaw_rate_delay_s", "the yaw rate"),
+        _more("accel_delay_s", "the accelerations"),
+        _more("motor_current_delay_s", "motor current, torque and voltages"),
+        _more("battery_delay_s", "battery voltage, current and power"),
+    ),
+    channels=("speed_mps", "yaw_rate_radps", "motor_current_a", "battery_power_w"),
+    seen_as="a channel that shows the same shape as simulated, later",
+    source="definition; the sensor, not the car: it touches the log alone",
+    sensor=True,
+)

@@ -1,0 +1,80 @@
+"""Wheels with a speed of their own: what a step does where the driven tyres slip."""
+
+import math
+
+from rcc_sim.jit import jit
+from rcc_sim.physics.effects.gear_loss import gear_transmission
+from rcc_sim.physics.effects.longitudinal_slip import (
+    imposed_slip,
+    lock_loss,
+    pushed,
+    slip_resistance,
+    spun,
+)
+
+
+@jit
+def slide(p, c, s, u, f, E, v, T, R, dt):
+    """Move wheels and vehicle apart under shaft torque T [N m], resistance R [N].
+
+    Sets the acceleration, the wheels' speed at the end of the step and the load on the
+    gears. Wheels that would stop or turn back, and a vehicle that comes to rest, are
+    locked together first, and the step is then that of rolling wheels (f.slides = 0).
+    """
+    f.slides = 0.0
+    M = c.J * c.n * c.n
+    if s.v_x == 0.0 and f.a <= 0.0:
+        E.longitudinal_slip += 0.5 * M * s.w * s.w  # the ground holds the vehicle
+        s.w = 0.0
+        return
+    eta = p.gear_loss.efficiency
+    K = slip_resistance(p.longitudinal_slip.stiffness_n, v, c.v_slip)
+    push = c.n * T + M * R / c.m + M * (s.w - s.v_x) / dt
+    k = gear_transmission(push, eta)
+    F = pushed(k * push, K, M, k, c.m, dt)
+    a = (F - R) / c.m
+    v_1 = s.v_x + a * dt
+    if v_1 <= 0.0 and s.v_x == 0.0:  # stands while its wheels take hold
+        push = c.n * T + M * s.w / dt
+        k = gear_transmission(push, eta)
+        F = spun(k * push, K, M, k, dt)
+        a = 0.0
+        v_1 = 0.0
+    w_1 = v_1 + F / K
+    if w_1 <= 0.0 or (v_1 <= 0.0 and s.v_x > 0.0):
+        lock(c, s, E, M)
+        return
+    f.slides = 1.0
+    f.k = k
+    f.a = a
+    f.w_1 = w_1
+    f.T_L = F / (k * c.n)
+
+
+@jit
+def lock(c, s, E, M):
+    """Bring wheels and vehicle to one speed; their momentum stays, energy is lost."""
+    slip = s.w - s.v_x
+    E.longitudinal_slip += lock_loss(c.m, M, slip)
+    s.v_x += M / (c.m + M) * slip
+    s.w = s.v_x
+
+
+@jit
+def turn_wheels(p, c, s, f, F, v_1, dt):
+    """Torque [N m] that the rotor takes where wheels push F [N] at an imposed speed.
+
+    Sets the wheels' speed at the middle and the end of the step; the torque is that
+    whose work is the change of the rotor's energy.
+    """
+    slip = imposed_slip(F, p.longitudinal_slip.stiffness_n)
+    f.w = f.v * (1.0 + slip)
+    f.w_1 = v_1 * (1.0 + slip)
+    return 0.5 * c.J * c.n * (f.w_1 * f.w_1 - s.w * s.w) / (f.w * dt)
+
+
+@jit
+def count_slip(c, f, flow, v):
+    """Keep the largest slip of the run, for the notes."""
+    slip = abs(f.w - f.v) / math.sqrt(v * v + c.v_slip * c.v_slip)
+    flow.slip = max(flow.slip, slip)

@@ -1,0 +1,53 @@
+"""Late sensors: the shape stays, the time moves, the energy is kept."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rcc_sim.physics.effects.sensor_delay import late
+from rcc_sim.simulate.run import simulate
+from tests.cars import car
+from tests.physics.test_effects import BASE, CYCLE
+
+uneven = st.lists(st.floats(0.01, 0.5), min_size=5, max_size=40)
+
+
+@given(steps=uneven, delay=st.floats(0, 1))
+def test_a_straight_line_comes_later_by_the_delay(steps, delay):
+    time = np.concatenate([[0.0], np.cumsum(steps)])
+    seen = late(2.0 + 3.0 * time, time, delay, sampled=True)
+    assert np.allclose(seen, 2.0 + 3.0 * np.maximum(time - delay, 0.0))
+
+
+@given(steps=uneven, delay=st.floats(0, 1), seed=st.integers(0, 99))
+def test_a_delayed_power_holds_the_energy_that_was_there_a_delay_ago(
+    steps, delay, seed
+):
+    time = np.concatenate([[0.0], np.cumsum(steps)])
+    power = np.random.default_rng(seed).normal(size=len(time))
+    power[1] = 0.0  # nothing before the start
+    seen = late(power, time, delay, sampled=False)
+    true = np.concatenate([[0.0], np.cumsum(power[1:] * np.diff(time))])
+    later = np.concatenate([[0.0], np.cumsum(seen[1:] * np.diff(time))])
+    assert np.allclose(later, np.interp(time - delay, time, true), atol=1e-12)
+
+
+@given(steps=uneven, delay=st.floats(0, 3), sampled=st.booleans())
+def test_a_constant_stays_a_constant(steps, delay, sampled):
+    time = np.concatenate([[5.0], 5.0 + np.cumsum(steps)])
+    seen = late(np.full(len(time), 7.5), time, delay, sampled)
+    assert np.allclose(seen, 7.5)
+
+
+def test_each_channel_has_its_own_delay():
+    true = simulate(car(BASE), CYCLE).trace
+    delays = {"delay_s": 0.02, "battery_delay_s": 0.05, "yaw_rate_delay_s": 0.1}
+    seen = simulate(car(BASE | {"sensor_delay": delays}), CYCLE).trace
+    for column, rows in (("speed_mps", 2), ("motor_current_a", 2),
+                         ("accel_x_mps2", 2), ("battery_power_w", 7)):  # fmt: skip
+        moved = np.abs(seen[column][rows + 1 :] - true[column][1:-rows]).max()
+        assert moved < 1e-9 * np.abs(true[column]).max(), column
+    assert np.array_equal(seen["x_m"], true["x_m"])
+    total = seen["energy_drivetrain_damping_j"][-1]
+    assert total == pytest.approx(true["energy_drivetrain_damping_j"][-1], abs=0)
