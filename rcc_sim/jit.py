@@ -53,7 +53,8 @@ def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
     )
     config: Any = numba.config  # its settings are made as it loads
     config.CACHE_DIR = str(getattr(function, "__cache_folder__", cache_folder()))
-    return numba.njit(cache=_can_cache(), error_model="numpy", forceinline=True)(twin)
+    options = {"cache": _can_cache(), "error_model": "numpy", "nogil": True}
+    return numba.njit(forceinline=True, **options)(twin)
 
 
 def bound(
@@ -95,12 +96,7 @@ def _twin(function: Any, used: Mapping[str, Any]) -> Any:
     )
     twin.__module__ = function.__module__
     twin.__qualname__ = function.__qualname__
-<<<<<<< HEAD
-    options = {"cache": _can_cache(), "error_model": "numpy", "nogil": True}
-    return numba.njit(forceinline=True, **options)(twin)
-=======
     return twin
->>>>>>> h-a
 
 
 def _used(function: Any) -> dict[str, Any]:

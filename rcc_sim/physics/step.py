@@ -199,12 +199,8 @@ def step_imposed(p, c, s, u, f, E, flow, v_1, r_1, dt):
     steady_axle_forces(c, f, f.v, 0.5 * (s.r + r_1), (r_1 - s.r) / dt)
     P_slip = slip_loss(f.F_F, f.v, c.C_F, c.D_F) + slip_loss(f.F_R, f.v, c.C_R, c.D_R)
     if f.moving > 0.0:
-<<<<<<< HEAD
         turning = (P_slip + c.I_z * (r_1 - s.r) / dt * f.r) / f.v
-        supply(p, c, u, f, flow, turning, dt)
-=======
-        supply(p, c, s, u, f, flow, P_slip, (r_1 - s.r) / dt, v_1, dt)
->>>>>>> h-a
+        supply(p, c, s, u, f, flow, turning, v_1, dt)
     else:
         rest(u, f)
     book_motion_imposed(c, u, f, E)
@@ -231,11 +227,15 @@ def step_steered(p, c, s, u, f, E, flow, v_1, dt):
     f.moving = dt
     if f.v <= 0.0:
         f.moving = 0.0
-    resist(p, c, u, f, f.v)
+    f.w = f.v
+    f.w_1 = v_1
+    resist(p, c, u, f, f.v, f.v)
+    if EXTRA:
+        act(p, c, s, u, f, f.v, f.v, f.a)
     corner(c, s, u, f, f.v, dt)
     turning = -c.m * f.v_y * f.r
     if f.moving > 0.0:
-        supply(p, c, u, f, flow, turning + f.F_F * u.sin_delta, dt)
+        supply(p, c, s, u, f, flow, turning + f.F_F * u.sin_delta, v_1, dt)
     else:
         rest(u, f)
     book_motion(c, u, f, E, dt)
@@ -246,6 +246,7 @@ def step_steered(p, c, s, u, f, E, flow, v_1, dt):
     s.s += f.v * f.moving
     turn_velocity(c, s, 0.5 * dt)
     s.v_x = v_1
+    s.w = f.w_1
 
 
 @jit
@@ -255,7 +256,6 @@ def slip_loss(F, v, C, D):
 
 
 @jit
-<<<<<<< HEAD
 def rest(u, f):
     """Ask nothing of a vehicle that stands."""
     u.tau = 0.0
@@ -265,17 +265,11 @@ def rest(u, f):
 
 
 @jit
-def supply(p, c, u, f, flow, turning, dt):
+def supply(p, c, s, u, f, flow, turning, v_1, dt):
     """Torque and brake force that give the imposed acceleration, losses included.
 
     ``turning`` [N] is the force along the vehicle that its turning takes.
     """
-    omega = c.n * f.v
-=======
-def supply(p, c, s, u, f, flow, P_slip, r_dot, v_1, dt):
-    """Torque and brake force that give the imposed acceleration, losses included."""
-    turning = (P_slip + c.I_z * r_dot * f.r) / f.v
->>>>>>> h-a
     F = c.m * f.a + f.roll + f.aero + f.grade + f.road + turning
     losses = f.visc + f.dry + f.iron + c.J * c.n * f.a
     if EXTRA:

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from rcc_sim.definitions.kernel import efficiency_map, force_table, kernel_params
 from rcc_sim.definitions.vehicle import Vehicle
-from rcc_sim.jit import compiled
 from rcc_sim.physics import params as schema
 from rcc_sim.physics import record
 from rcc_sim.physics.replay import run_replayed
+from rcc_sim.simulate.own import own_terms
 from rcc_sim.simulate.columns import trace_columns
 from rcc_sim.simulate.sensors import sensed_columns
 from rcc_sim.trace import Trace
@@ -45,23 +45,23 @@ def replay(
         values["control"]["T_loop"] = 0.01
         values["control"]["delta_max"] = values["control"].get("delta_max", inf)
     n = len(drive.time)
-    P = record.array(schema.PARAMS)
-    work = tuple(record.array(s) for s in WORK)
-    table, sinks = (
-        record.array(schema.ROW, n),
-        record.array(record.floats(*schema.SINKS), 1),
-    )
+    own = own_terms(vehicle)
+    P = record.array(own.params)
+    work = tuple(record.array(s) for s in own.work)
+    table = record.array(schema.ROW, n)
+    sinks = record.array(record.floats(*own.sinks), 1)
     record.fill(P[0], values)
     maps = (efficiency_map(vehicle), force_table(vehicle))
-    lines = delay_lines(values)
-    compiled(run_replayed)(
+    own.call(
+        run_replayed,
+        True,
         P,
         work,
         (drive.time, *drive.commands),
         drive.road,
         drive.measured,
         maps,
-        lines,
+        delay_lines(values),
         table,
         sinks,
         drive.imposed,
@@ -73,14 +73,12 @@ def replay(
         vehicle,
         table,
         np.broadcast_to(sinks, n),
+        own.sinks,
         n=float(c["n"]),
         n_file=float(c["n_file"]),
         K_t=float(c["K_t"]),
     )
     return sensed_columns(vehicle, columns)
-
-
-WORK = (schema.CHASSIS, schema.STATE, schema.INPUTS, schema.FORCES, schema.FLOW)
 
 
 def delay_lines(values: Any) -> tuple[Array, Array]:
