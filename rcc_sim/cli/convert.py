@@ -105,8 +105,14 @@ def _read(
 
 
 def _write(log: Log, output: Path) -> None:
+    from rcc_sim.errors import InputError
     from rcc_sim.trace import write_parquet, write_trace
 
+    if output.suffix not in ("", ".csv", ".txt", ".gz", ".parquet"):
+        raise InputError(
+            f"{output}: should end in .csv, .csv.gz or .parquet",
+            "what a car plays is written by scale-cycle --format mcap",
+        )
     with atomic(output, "wb") as file:
         if output.suffix == ".parquet":
             write_parquet(log.trace, file)

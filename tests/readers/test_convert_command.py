@@ -152,6 +152,13 @@ def test_convert_gives_the_same_by_csv_gzip_parquet_and_pipe(tmp_path):
             np.testing.assert_allclose(trace[column], values, rtol=0, atol=digits)
 
 
+def test_convert_refuses_to_write_csv_under_another_formats_name(tmp_path):
+    making.write_vesc(tmp_path / "ride.csv")
+    done = run("convert", "ride.csv", "-o", "ride.mcap", cwd=tmp_path)
+    assert done.returncode == 2 and "ride.mcap" in done.stderr
+    assert not (tmp_path / "ride.mcap").exists()
+
+
 def test_a_vehicle_turns_erpm_into_speed_and_replaces_nothing(tmp_path):
     path = tmp_path / "log.csv"
     path.write_text("time_s,motor_speed_erpm\n0,0\n1,12000\n")
