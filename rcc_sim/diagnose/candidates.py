@@ -68,6 +68,8 @@ def _applies(problem: Problem, effect: Effect) -> bool:
         return False
     if effect.id.startswith("steering") and not drive.steered:
         return False
+    if effect.id == "road_grade" and ("elevation_m" in problem.log or "slope" in problem.log):
+        return False
     if any(x in vehicle.effects for x in effect.excludes):
         return False
     if any(effect.id in EFFECTS[x].excludes for x in vehicle.effects):
@@ -94,6 +96,13 @@ def _fits(problem: Problem, effect: Effect, p: Param) -> bool:
             return p.name in given
         by_current = not problem.drive.imposed
         return (p.name == "max_current_a") == by_current
+    if effect.id == "sensor_delay":
+        shown = {
+            "yaw_rate_delay_s": "yaw_rate_radps",
+            "accel_delay_s": "accel_y_mps2",
+            "battery_delay_s": "battery_current_a",
+        }
+        return shown.get(p.name, "") in problem.log
     if effect.id == "accelerometer_bias":
         return ("accel_x_mps2" if p.name[0] == "x" else "accel_y_mps2") in problem.log
     return True
@@ -101,6 +110,11 @@ def _fits(problem: Problem, effect: Effect, p: Param) -> bool:
 
 def _search(problem: Problem, effect: Effect, p: Param) -> Search:
     key = f"effects.{effect.id}.{p.name}"
+    if effect.id == "sensor_delay":
+        # below one row a delay cannot be told from smoothing
+        row = float(np.median(np.diff(problem.log["time_s"])))
+        grid = tuple(row * k for k in (1.0, 3.0, 10.0) if row * k < 0.5)
+        return Search(key, 0.0, row, p.bounds[1], row, grid=grid)
     given = problem.vehicle.figures().get(key)
     neutral = given.value if given else p.neutral
     low, high = p.bounds
@@ -120,6 +134,9 @@ def _search(problem: Problem, effect: Effect, p: Param) -> Search:
 
 def _limits(problem: Problem, effect: Effect, p: Param) -> tuple[float, ...]:
     """Shares of what the drive asked of a limited quantity."""
+    if p.name == "stiffness_n":
+        weight = problem.vehicle.body.mass_kg.value * G
+        return tuple(weight * x for x in (3.0, 6.0, 12.0, 25.0))
     if p.name == "friction_coefficient":
         return (0.3, 0.4, 0.5, 0.6, 0.7, 0.85, 1.0)
     out = problem.nominal
@@ -149,7 +166,7 @@ def _grid(problem: Problem, effect: Effect, p: Param) -> tuple[float, ...]:
     if effect.id == "speed_dead_zone":
         top = float(np.nanmax(problem.nominal["motor_speed_radps"]))
         return tuple(top * s for s in (0.01, 0.02, 0.03, 0.045, 0.06, 0.09, 0.13))
-    if effect.id in ("actuation_delay", "steering_delay", "steering_lag", "motor_lag"):
+    if effect.id in ("sensor_delay", "actuation_delay", "steering_delay", "steering_lag", "motor_lag"):
         return (0.01, 0.03, 0.06, 0.1, 0.16)
     if effect.id == "steering_backlash":
         top = float(np.nanmax(np.abs(problem.log["steer_cmd_rad"])))

@@ -11,7 +11,8 @@ from rcc_sim.diagnose.fit import Engine, Fit, Knob, bias_knobs, tolerance_knobs
 from rcc_sim.diagnose.search import Screen
 
 REFINED = 6
-ENOUGH = 12.0
+ENOUGH = 15.0
+MISFIT = 0.003
 
 
 @dataclass
@@ -49,24 +50,25 @@ def nuisance(problem) -> list[Knob]:
     return knobs
 
 
-def with_effect(
-    engine, base: Fit, candidate: Candidate, values, J, noise, rounds=3
-) -> Fit:
+def with_effect(engine, base: Fit, candidate: Candidate, values, J, noise, rounds=6) -> Fit:
     """Refine a screened candidate under given noise, the other knobs moving along J."""
     mine = [k for k in effect_knobs(candidate, values) if k.key in values]
     keys = {k.key for k in mine}
     kept = [(i, k) for i, k in enumerate(base.knobs) if k.key not in keys]
     knobs = [k for _, k in kept] + mine
-    now = engine.evaluate(base.values | values, knobs, noise)
     fixed = J[[i for i, _ in kept]]
+    now = engine.evaluate(base.values | values, knobs, noise)
     for _ in range(rounds):
         S = np.concatenate([fixed, engine.signals(now.values, mine, now.residual)])
-        new = engine.fit(now.values, knobs, noise=noise, rounds=1, signals=S, first=now)
+        new = engine.fit(now.values, knobs, noise=noise, signals=S, rounds=1)
         gain = new.score - now.score
         now = new
         if gain < 0.5:
             break
     return now
+
+
+PRIOR = {"iron_loss": -4.0}
 
 
 def compete(engine: Engine):
@@ -81,52 +83,22 @@ def compete(engine: Engine):
         free = [c for c in cands if c.effect not in names]
         found = sorted(engine.pool.map(screen.screen, free), key=lambda r: -r.gain)
         found = [r for r in found[:REFINED] if r.gain > 1]
-        fits = list(
-            engine.pool.map(
-                lambda r: with_effect(engine, current, r.candidate, r.values, J, noise),
-                found,
-            )
-        )
+        fits = list(engine.pool.map(lambda r: with_effect(engine, current, r.candidate, r.values, J, noise), found))
         if not fits:
             break
-        first = [round(f.score - current.score, 1) for f in fits]
-        winner = max(range(len(fits)), key=lambda i: fits[i].score)
+        first = [round(f.score - current.score + PRIOR.get(r.candidate.effect, 0), 1) for f, r in zip(fits, found)]
+        winner = max(range(len(fits)), key=lambda i: first[i])
         noise = engine.noise(fits[winner].residual)
-        again = engine.fit(
-            current.values, list(current.knobs), noise=noise, rounds=2, signals=J
-        )
-        fits = list(
-            engine.pool.map(
-                lambda rf: with_effect(
-                    engine,
-                    again,
-                    rf[0].candidate,
-                    {k: rf[1].values[k] for k in rf[0].values},
-                    J,
-                    noise,
-                ),
-                zip(found, fits),
-            )
-        )
-        order = sorted(range(len(fits)), key=lambda i: -fits[i].score)
-        chain.append(
-            [
-                (
-                    found[i].candidate.effect,
-                    round(found[i].gain),
-                    first[i],
-                    round(fits[i].score - again.score, 1),
-                    {
-                        k.split(".")[-1]: float("%.4g" % fits[i].values[k])
-                        for k in found[i].values
-                    },
-                )
-                for i in order
-            ]
-        )
+        again = engine.fit(current.values, list(current.knobs), noise=noise, rounds=3, signals=J)
+        fits = list(engine.pool.map(lambda rf: with_effect(engine, again, rf[0].candidate, {k: rf[1].values[k] for k in rf[0].values}, J, noise), zip(found, fits)))
+        second = [round(f.score - again.score + PRIOR.get(r.candidate.effect, 0), 1) for f, r in zip(fits, found)]
+        order = sorted(range(len(fits)), key=lambda i: -second[i])
+        chain.append([(found[i].candidate.effect, round(found[i].gain), first[i], second[i], {k.split(".")[-1]: float("%.4g" % fits[i].values[k]) for k in found[i].values}) for i in order])
         best = order[0]
-        if fits[best].score - again.score < ENOUGH or first[best] < ENOUGH:
+        if depth == 0:
+            most = second[best]
+        if min(second[best], first[best]) < ENOUGH or second[best] < MISFIT * most:
             break
         names += (found[best].candidate.effect,)
-        current = engine.fit(fits[best].values, list(fits[best].knobs), rounds=3)
+        current = engine.fit(fits[best].values, list(fits[best].knobs))
     return base, names, current, chain

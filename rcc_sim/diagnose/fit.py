@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from math import inf
@@ -145,43 +146,61 @@ class Engine:
         return np.stack(list(each))
 
     def fit(
-        self, start, knobs, *, noise=None, rounds=4, signals=None, first=None
+        self,
+        start: dict[str, float],
+        knobs: Sequence[Knob],
+        *,
+        noise: list[Whitener] | None = None,
+        signals: Array | None = None,
+        rounds: int = 6,
     ) -> Fit:
-        """Maximum a posteriori; noise as given, or learnt anew in each round."""
+        """Maximum a posteriori under given noise, else under the noise it leaves.
+
+        The signals of the knobs are found anew at the start and after the first
+        step, unless they are given.
+        """
         values = {**{k.key: k.value for k in knobs}, **start}
-        now = first or self.evaluate(values, knobs, noise)
+        if noise is None:
+            now = self.evaluate(values, knobs)
+            for passes in (2, 2, rounds):
+                now = self.fit(now.values, knobs, noise=now.whiteners, rounds=passes)
+                learnt = self.noise(now.residual)
+                now = replace(
+                    now,
+                    whiteners=learnt,
+                    loglik=self.loglik(now.residual, learnt),
+                )
+            return now
+        now = self.evaluate(values, knobs, noise)
         J = signals
-        sd = np.array([k.sd for k in knobs])
-        for it in range(rounds):
-            if J is None or (signals is None and it == 1):
+        for turn in range(rounds):
+            if signals is None and turn in (0, 1, 3):
                 J = self.signals(now.values, knobs, now.residual)
-            step, H = self.step(now, knobs, J, sd)
-            best = None
-            for share in (1.0, 0.3, 0.1):
-                trial = dict(now.values)
-                for k, s in zip(knobs, step, strict=True):
-                    trial[k.key] = float(
-                        np.clip(trial[k.key] + share * s, k.low, k.high)
-                    )
-                new = self.evaluate(trial, knobs, noise or now.whiteners)
-                if new.score > now.score:
-                    best = new
-                    break
-            if best is None:
-                now.information = H
+            step, H = self.step(now, knobs, J)
+            now.information, now.signals = H, J
+            new = self.line_search(now, knobs, step, noise)
+            if new is None:
                 break
-            gain = best.score - now.score
-            if noise is None:
-                best.whiteners = self.noise(best.residual)
-                best.loglik = self.loglik(best.residual, best.whiteners)
-            best.information = H
-            now = best
-            if gain < 0.1 and it > 0:
+            gain = new.score - now.score
+            new.information, new.signals = H, J
+            now = new
+            if gain < 0.05 and turn > 0:
                 break
-        now.signals = J
         return now
 
-    def step(self, now, knobs, J, sd):
+    def line_search(self, now: Fit, knobs, step: Array, noise) -> Fit | None:
+        """The first of ever shorter steps that is better, if any is."""
+        for share in (1.0, 0.4, 0.1):
+            trial = dict(now.values)
+            for k, s in zip(knobs, step, strict=True):
+                trial[k.key] = float(np.clip(trial[k.key] + share * s, k.low, k.high))
+            new = self.evaluate(trial, knobs, noise)
+            if new.score > now.score:
+                return new
+        return None
+
+    def step(self, now, knobs, J):
+        sd = np.array([k.sd for k in knobs])
         w = self.white(now.residual, now.whiteners)
         A = np.stack([self.white(j, now.whiteners) for j in J], axis=1)
         W = weights(w)
@@ -214,15 +233,25 @@ def tolerance_knobs(problem: Problem) -> list[Knob]:
     return knobs
 
 
+BIAS = 0.5
+"""Constant offset of a sensor that its noise leaves likely, in times that noise."""
+
+
 def bias_knobs(problem: Problem) -> list[Knob]:
-    knobs = []
-    speed = np.abs(problem.log["speed_mps"]) if "speed_mps" in problem.log else None
-    for c in problem.channels:
-        if c == "speed_mps":
-            continue
-        x = problem.log[c]
-        d = np.diff(x)[np.isfinite(np.diff(x))]
-        noise = 1.48 * np.median(np.abs(d - np.median(d))) / np.sqrt(2)
-        if noise > 0:
-            knobs.append(Knob(f"bias.{c}", 0.0, float(noise)))
-    return knobs
+    """An offset for each sensor but the motor's encoder, which counts."""
+    return [
+        Knob(f"bias.{c}", 0.0, BIAS * noise)
+        for c in problem.channels
+        if c != "speed_mps" and (noise := quiet_noise(problem.log[c])) > 0
+    ]
+
+
+def quiet_noise(x: Array) -> float:
+    """Noise of a sensor, from the calmest tenth of its record."""
+    d = np.diff(x)
+    d = d[np.isfinite(d)]
+    if len(d) < 40:
+        return float(np.std(d)) / np.sqrt(2) if len(d) else 0.0
+    parts = np.array_split(d, 30)
+    sizes = [float(np.sqrt(np.mean((part - part.mean()) ** 2))) for part in parts]
+    return float(np.quantile(sizes, 0.1)) / np.sqrt(2)

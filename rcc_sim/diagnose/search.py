@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.diagnose.candidates import Candidate
+from rcc_sim.errors import InputError
 from rcc_sim.diagnose.fit import Engine, Fit, Knob
 
 Array = NDArray[np.float64]
@@ -59,7 +60,10 @@ class Screen:
         values: dict[str, float] = {}
         gain = 0.0
         for s in candidate.searches:
-            g, x = self._one(s)
+            try:
+                g, x = self._one(s)
+            except InputError:  # a strength that no vehicle of this kind can have
+                continue
             if g > gain:
                 gain, values = g, {s.key: x}
         return Screened(candidate, gain, values)

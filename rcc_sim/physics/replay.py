@@ -77,6 +77,20 @@ def recall(p, c, s, u, row, v, i_q, share_v, share_i):
 
 
 @jit
+def speed_between(speed, accel, k, part, span):
+    """Speed [m/s] a part of the way from row k to the next, span [s] apart.
+
+    The acceleration runs straight from row to row; what is then missing to the next
+    row's speed is added evenly.
+    """
+    a_0 = accel[k]
+    a_1 = accel[k + 1]
+    missing = speed[k + 1] - speed[k] - 0.5 * (a_0 + a_1) * span
+    bent = (a_0 + 0.5 * (a_1 - a_0) * part) * part * span
+    return speed[k] + bent + part * missing
+
+
+@jit
 def run_replayed(
     P, work, drive, road, measured, maps, lines, rows, sinks, imposed, window, recalls
 ):
@@ -96,7 +110,7 @@ def run_replayed(
     E = sinks[0]
     time, ref, steer, throttle, aux = drive
     grade, slope = road
-    speed, current, yaw_rate, torque = measured
+    speed, current, yaw_rate, torque, accel = measured
     eta, force = maps
     late_motor, late_steer = lines
     T = p.control.T_loop
@@ -130,7 +144,7 @@ def run_replayed(
             if imposed:
                 actuate(p, c, s, u, 0.0, angle)
                 part = min(((tick + 1) * T - time[before]) / span, 1.0)
-                v_1 = max(speed[before] + part * (speed[k] - speed[before]), 0.0)
+                v_1 = max(speed_between(speed, accel, before, part, span), 0.0)
                 if p.lanes.steer == LOGGED:
                     step_steered(p, c, s, u, f, E, flow, v_1, T)
                 else:

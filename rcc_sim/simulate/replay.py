@@ -31,7 +31,7 @@ class Drive:
     steered: bool
     commands: tuple[Array, Array, Array, Array]
     road: tuple[Array, Array]
-    measured: tuple[Array, Array, Array, Array]
+    measured: tuple[Array, Array, Array, Array, Array]
     window: float
 
 
@@ -107,11 +107,12 @@ def drive_of(
         and "throttle" in log
     )
     speed = get("speed_mps", nan)
+    accel = zeros
     if imposed:
         from rcc_sim.simulate.smooth import sensor_noise, smooth_speed
 
         ax = log["accel_x_mps2"] if "accel_x_mps2" in log else None
-        speed = smooth_speed(t, speed, noise=sensor_noise(speed), jerk=jerk, accel=ax)
+        speed, accel = smooth_speed(t, speed, noise=sensor_noise(speed), jerk=jerk, accel=ax)
     road = (np.zeros(1), np.zeros(1))
     if "elevation_m" in log:
         from rcc_sim.simulate.road import surveyed_slope
@@ -135,6 +136,7 @@ def drive_of(
             get("motor_current_a", nan),
             get("yaw_rate_radps", zeros),
             get("motor_torque_nm", nan),
+            accel,
         ),
         window,
     )

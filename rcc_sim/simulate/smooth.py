@@ -27,8 +27,8 @@ def sensor_noise(x: Array) -> float:
 
 def smooth_speed(
     time: Array, speed: Array, *, noise: float, jerk: float, accel: Array | None = None
-) -> Array:
-    r"""Speed [m/s] of a drive whose acceleration changes seldom, but then freely.
+) -> tuple[Array, Array]:
+    r"""Speed [m/s] and acceleration [m/s²] of a drive whose acceleration changes seldom, but then freely.
 
     The likeliest path of
 
@@ -72,4 +72,4 @@ def smooth_speed(
         x = splu(N, permc_spec="NATURAL").solve(A.T @ (W * y)).reshape(n, 2)
         jump = np.diff(x[:, 1]) / np.sqrt(dt) / jerk
         weight = 2 / (1 + jump * jump)
-    return x[:, 0]
+    return x[:, 0], x[:, 1]
