@@ -1,8 +1,9 @@
-"""Causes that vary over a drive: how strong an effect acted, when.
+"""Causes that vary over a drive: how strong an effect acted, and when.
 
-An effect's signal is what it adds to each channel. Times a window it is, because the
-vehicle forgets within a second or two, what the effect adds if it acts in that window
-alone. The strengths in the windows are then a linear problem with a smooth prior.
+An effect's signal is what it adds to each channel. Times a window it is what the
+effect adds if it acts in that window alone, because the vehicle, drawn to its log,
+forgets within a second. The strengths in the windows are then a linear problem, with
+a prior on their size and roughness that the log itself scales.
 """
 
 from __future__ import annotations
@@ -12,27 +13,52 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.diagnose.fit import Engine, Fit
+from rcc_sim.diagnose.engine import Engine, Fit
 from rcc_sim.diagnose.noise import weights
 
 Array = NDArray[np.float64]
 
+SIZES = np.logspace(-1, 4, 21)
+"""Sizes of a profile that are tried, in times what one window could tell."""
+
+ROUGHNESS = 0.5
+"""Size of the change from window to window, in times the size of the profile."""
+
 
 @dataclass(frozen=True)
 class Profile:
-    """Strength of an effect over time or distance, above what the fit holds."""
+    """Strength of an effect over some coordinate, above what a fit holds.
+
+    Parameters
+    ----------
+    key : str
+        Dotted key of the figure that varies.
+    along : str
+        Coordinate: time_s, distance_m, speed_mps, steer_cmd_rad.
+    knots, value, sd : ndarray, shape (k,)
+        Coordinate, strength there, standard deviation.
+    evidence : float
+        Log of the marginal likelihood ratio to no profile. [nats]
+    """
 
     key: str
+    along: str
     knots: Array
     value: Array
     sd: Array
     evidence: float
-    along: str
-    gain: float
+
+    def at(self, x: Array) -> Array:
+        """Strength at a coordinate; the ends hold beyond them."""
+        return np.interp(x, self.knots, self.value)
+
+    def clear_at(self, x: Array, times: float = 2.0) -> NDArray[np.bool_]:
+        """Tell where the strength is beyond some standard deviations."""
+        return np.abs(self.at(x)) > times * np.interp(x, self.knots, self.sd)
 
 
-def hats(x: Array, knots: Array) -> Array:
-    """Piecewise linear windows (n, k) that sum to 1."""
+def windows(x: Array, knots: Array) -> Array:
+    """Piecewise linear windows (n, k) around knots, that sum to 1."""
     i = np.clip(np.searchsorted(knots, x, side="right") - 1, 0, len(knots) - 2)
     part = np.clip((x - knots[i]) / (knots[i + 1] - knots[i]), 0.0, 1.0)
     H = np.zeros((len(x), len(knots)))
@@ -42,90 +68,79 @@ def hats(x: Array, knots: Array) -> Array:
     return H
 
 
-def find_profile(
-    engine: Engine, fit: Fit, key: str, probe: float, x: Array, count: int, along: str
-) -> Profile:
-    """Strengths of the effect behind ``key`` over x, and the evidence for them.
+class Probe:
+    """The signal of one figure at a fit, ready to be cut into windows."""
 
-    ``probe`` is the change of the figure by which its signal is taken.
-    """
-    base = fit.values.get(key, 0.0)
-    signal = (engine.residual({**fit.values, key: base + probe}) - fit.residual) / probe
-    knots = np.linspace(x.min(), x.max(), count)
-    H = hats(x, knots)
-    blocks, rest = [], []
-    for w, e, s in zip(fit.whiteners, fit.residual, signal, strict=True):
-        if not np.any(s[w.valid]):
-            continue
-        blocks.append(w(np.where(np.isfinite(s), s, 0.0)[:, None] * H))
-        rest.append(w(e))
-    if not blocks:
-        return Profile(key, knots, 0 * knots, 0 * knots, 0.0, along, 0.0)
-    A, r = np.vstack(blocks), np.concatenate(rest)
-    J = np.concatenate(
-        [
-            np.stack([w(j[i]) for j in fit.signals], axis=1)
-            for i, w in enumerate(fit.whiteners)
-            if np.any(signal[i][w.valid])
+    def __init__(self, engine: Engine, fit: Fit, key: str, size: float) -> None:
+        self.engine, self.fit, self.key = engine, fit, key
+        base = fit.values.get(key)
+        if base is None:
+            figure = engine.problems[0].vehicle.figures().get(key)
+            base = figure.value if figure else 0.0
+        moved = engine.residuals({**fit.values, key: base + size})
+        pairs = zip(moved, fit.residuals, strict=True)
+        self.signal = [np.nan_to_num((a - b) / size) for a, b in pairs]
+        self.tracks = [
+            i for i, w in enumerate(fit.noise) if np.any(self.signal[i][w.valid])
         ]
-    )
-    W = np.sqrt(weights(r))
-    A, r, J = A * W[:, None], r * W, J * W[:, None]
-    prior = np.diag([1 / k.sd**2 for k in fit.knobs])
-    # the knobs give way: take their part out (they keep their priors)
-    N = J.T @ J + prior + 1e-12 * np.eye(len(prior))
-    G = np.linalg.solve(N, J.T)
-    M = A.T @ A - (A.T @ J) @ (G @ A)
-    b = -(A.T @ r - (A.T @ J) @ (G @ r))
-    D = np.diff(np.eye(count), axis=0)
-    scale = np.sqrt(np.trace(M) / count) or 1.0
-    best = (0.0, None, None)
-    for size in np.logspace(-1, 4, 21):
-        # amplitude and roughness of the profile, both of this size
-        tau = size / scale
-        P = np.eye(count) / tau**2 + D.T @ D / (0.5 * tau) ** 2
-        C = np.linalg.cholesky(M + P)
+
+    def profile(self, log: int, along: str, x: Array, count: int) -> Profile:
+        """Strengths over a coordinate x of one log, and the evidence for them."""
+        fit = self.fit
+        knots = np.linspace(x.min(), x.max(), count)
+        tracks = [i for i in self.tracks if self.engine.tracks[i][0] == log]
+        if not tracks or knots[0] == knots[-1]:
+            return Profile(self.key, along, knots, 0 * knots, 0 * knots, 0.0)
+        H = windows(x, knots)
+        A = np.vstack([fit.noise[i](self.signal[i][:, None] * H) for i in tracks])
+        r = np.concatenate([fit.noise[i](fit.residuals[i]) for i in tracks])
+        J = np.vstack(
+            [fit.noise[i](np.stack([j[i] for j in fit.signals], 1)) for i in tracks]
+        )
+        W = np.sqrt(weights(r))
+        A, r, J = A * W[:, None], r * W, J * W[:, None]
+        M, b = freed(A, r, J, np.array([k.sd for k in fit.knobs]))
+        evidence, value, sd = likeliest(M, b)
+        return Profile(self.key, along, knots, value, sd, evidence)
+
+
+def freed(A: Array, r: Array, J: Array, sd: Array) -> tuple[Array, Array]:
+    """Normal equations of A a = -r once the knobs J, with priors sd, give way."""
+    unit = np.where(np.isfinite(sd), sd, 1 / np.sqrt((J**2).sum(0) + 1e-300))
+    J = J * unit
+    N = J.T @ J + np.diag(np.where(np.isfinite(sd), 1.0, 1e-9))
+    G = np.linalg.solve(N, J.T @ np.column_stack([A, r]))
+    AJ = A.T @ J
+    M = A.T @ A - AJ @ G[:, :-1]
+    return 0.5 * (M + M.T), -(A.T @ r - AJ @ G[:, -1])
+
+
+def likeliest(M: Array, b: Array) -> tuple[float, Array, Array]:
+    """Evidence, strengths and their sd under the prior size that is likeliest."""
+    k = len(b)
+    D = np.diff(np.eye(k), axis=0)
+    unit = 1 / (np.sqrt(np.trace(M) / k) or 1.0)
+    best = (0.0, np.zeros(k), np.zeros(k))
+    for size in SIZES:
+        tau = size * unit
+        P = np.eye(k) / tau**2 + D.T @ D / (ROUGHNESS * tau) ** 2
+        C = np.linalg.cholesky(M + P + 1e-12 * np.trace(M) / k * np.eye(k))
         y = np.linalg.solve(C, b)
-        logdet = np.log(np.diag(C)).sum() - 0.5 * np.linalg.slogdet(P)[1]
-        value = 0.5 * y @ y - logdet
+        half = np.log(np.diag(C)).sum() - 0.5 * np.linalg.slogdet(P)[1]
+        value = float(0.5 * y @ y - half)
         if value > best[0]:
-            best = (value, np.linalg.solve(C.T, y), np.linalg.inv(M + P))
-    if best[1] is None:
-        return Profile(key, knots, 0 * knots, 0 * knots, 0.0, along, 0.0)
-    a, cov = best[1], best[2]
-    return Profile(key, knots, a, np.sqrt(np.diag(cov)), float(best[0]), along, float(b @ a - 0.5 * a @ M @ a))
+            inverse = np.linalg.inv(C)
+            sd = np.sqrt((inverse**2).sum(0))
+            best = (value, inverse.T @ y, sd)
+    return best
 
 
-CARRIERS = {
-    "drag": ("effects.drivetrain_friction.torque_nm", "time"),
-    "power": ("effects.auxiliary_load.power_w", "time"),
-    "steer": ("effects.steering_offset.angle_rad", "time"),
-    "grade": ("effects.road_grade.slope", "distance"),
-}
-
-
-def probes(engine: Engine) -> dict[str, float]:
-    problem = engine.problem
-    v = problem.vehicle
-    m, r = v.body.mass_kg.value, v.tyres.radius_m.value
-    torque = 0.01 * m * 9.81 * r / v.drivetrain.gear_ratio.value
-    power = float(np.nanmax(np.abs(problem.nominal["battery_power_w"])))
-    return {"drag": torque, "power": 0.01 * power, "steer": 0.005, "grade": 0.005}
-
-
-def all_profiles(engine: Engine, fit: Fit, width: float) -> dict[str, Profile]:
-    problem = engine.problem
-    t = problem.log["time_s"]
-    v = np.where(np.isfinite(engine.speed), engine.speed, 0.0)
-    s = np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(t))])
-    count = int(np.clip((t[-1] - t[0]) / width, 4, 150))
-    out = {}
-    sizes = probes(engine)
-    for name, (key, along) in CARRIERS.items():
-        if name == "grade" and ("elevation_m" in problem.log or "slope" in problem.log):
-            continue
-        if name == "steer" and not problem.drive.steered:
-            continue
-        x = t if along == "time" else s
-        out[name] = find_profile(engine, fit, key, sizes[name], x, count, along)
-    return out
+def probe_size(engine: Engine, key: str) -> float:
+    """A small change of a figure, for a vehicle of any size."""
+    problem = engine.problems[0]
+    vehicle = problem.vehicle
+    lever = vehicle.tyres.radius_m.value / vehicle.drivetrain.gear_ratio.value
+    torque = 0.01 * vehicle.body.mass_kg.value * 9.81 * lever
+    power = 0.01 * float(np.nanmax(np.abs(problem.nominal["battery_power_w"])))
+    sizes = {"torque_nm": torque, "power_w": power or 1.0, "angle_rad": 0.005}
+    return sizes.get(key.rpartition(".")[2], 0.005)
