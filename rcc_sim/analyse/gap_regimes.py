@@ -40,9 +40,9 @@ brakes. [1]"""
 
 @dataclass(frozen=True)
 class Scale:
-    """A vehicle's own units, from its mass, wheelbase and front tyres.
+    r"""A vehicle's own units, from its mass, wheelbase and front tyres.
 
-    .. math:: t = \\sqrt{m l / C_F}, \\quad v = l / t, \\quad a = l / t^2
+    .. math:: t = \sqrt{m l / C_F}, \quad v = l / t, \quad a = l / t^2
     """
 
     time: float
