@@ -27,6 +27,8 @@ from rcc_sim.physics.tables import between, seek
 
 FREE = 0.98  # 1; share of a current limit beyond which the loop counts as saturated
 
+NEAR = 1e-3  # 1; share of a tick by which a row's time may fall short of it
+
 
 @jit
 def open_window(flow):
@@ -123,11 +125,11 @@ def run_replayed(
     begin(p, c, s, max(first, 0.0), 0.0)
     look_up_inputs(p, s, u, time[0], 0, time, ref, steer, grade, slope, aux)
     write(c, s, u, E, flow, rows[0])
-    tick = math.floor(time[0] / T + 1e-9)
+    tick = math.floor(time[0] / T + NEAR)
     for k in range(1, len(rows)):
         rows[k] = rows[k - 1]
         t_end = time[k]
-        last = math.floor(t_end / T + 1e-9)
+        last = math.floor(t_end / T + NEAR)
         opens = max(tick, math.floor((t_end - window) / T + 0.5))
         opens = min(opens, max(last - 1, tick))
         before = k - 1
