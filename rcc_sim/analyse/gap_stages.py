@@ -71,11 +71,11 @@ def stage_gaps(
     torque = shaft_torque(log.columns, vehicle)
     rest = "mechanical" if not at_battery else "mechanical and electrical"
     if at_battery and torque is not None and now.imposed:
-        speed, current, yaw_rate, _ = now.measured
+        speed, current, yaw_rate, _, accel = now.measured
         levels.append(
             (
                 "mechanical",
-                power(replace(now, measured=(speed, current, yaw_rate, torque))),
+                power(replace(now, measured=(speed, current, yaw_rate, torque, accel))),
             )
         )
         rest = "electrical"
@@ -104,10 +104,10 @@ def _moved(log: Trace, vehicle: Vehicle, drive: Drive) -> Drive:
 
 def _yawed(drive: Drive, rows: int) -> Drive:
     """Return the drive with its measured yaw rate in place of its steering."""
-    speed, current, yaw_rate, torque = drive.measured
+    speed, current, yaw_rate, torque, accel = drive.measured
     calm = moving_mean(yaw_rate, rows)
     still = speed < 0.02 * float(np.max(speed))
     if still.any():
         calm = calm - float(np.median(calm[still]))
-    measured = (speed, current, np.ascontiguousarray(calm), torque)
+    measured = (speed, current, np.ascontiguousarray(calm), torque, accel)
     return replace(drive, steered=False, measured=measured)
