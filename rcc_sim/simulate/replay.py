@@ -25,6 +25,7 @@ from rcc_sim.simulate.smooth import smoothed
 from rcc_sim.trace import Trace
 
 Array = NDArray[np.float64]
+Measured = tuple[Array, Array, Array, Array, Array]
 
 STEP = 0.01
 """Longest time step of an imposed run. [s]"""
@@ -54,8 +55,8 @@ class Drive:
     road : (distance, slope)
         Slope of the road [1] over distance from the first row [m].
     measured : tuple of ndarray
-        Speed [m/s], motor current [A], yaw rate [rad/s], motor torque [N m]; NaN where
-        not known.
+        Speed [m/s], motor current [A], yaw rate [rad/s], motor torque [N m], NaN where
+        not known; acceleration [m/s²] that bends the speed between the rows.
     window : float
         Time before a row over which flows are averaged. [s]
     start : float
@@ -69,7 +70,7 @@ class Drive:
     steered: bool
     commands: tuple[Array, Array, Array, Array]
     road: tuple[Array, Array]
-    measured: tuple[Array, Array, Array, Array, Array]
+    measured: Measured
     window: float
     start: float = 0.0
     distance: Array | None = None
@@ -173,7 +174,7 @@ def _step(time: Array) -> float:
     return interval / max(math.ceil(interval / STEP - 1e-6), 1)
 
 
-def as_true(vehicle: Vehicle, measured: tuple[Array, ...]) -> tuple[Array, ...]:
+def as_true(vehicle: Vehicle, measured: Measured) -> Measured:
     """Return what was measured as it was, by what the vehicle's sensors make of it.
 
     ``speed_mps`` is the motor's speed with the file's tyre radius.
