@@ -19,6 +19,7 @@ from rcc_sim.diagnose.candidates import candidates_for
 from rcc_sim.diagnose.compete import Cause, Explanation, compete
 from rcc_sim.diagnose.engine import Engine, Fit
 from rcc_sim.diagnose.experiment import next_experiments
+from rcc_sim.diagnose.knobs import RADIUS
 from rcc_sim.diagnose.hold_out import Shrink, folds, hold_out, refitted, restricted
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.remainder import Remainder, remainder
@@ -146,14 +147,30 @@ class Diagnosis:
             )
         return out
 
+    def _radius(self) -> dict[str, dict[str, Figure]]:
+        knob = next((k for k in self.fit.knobs if k.key == RADIUS), None)
+        if knob is None or not knob.sd < inf:
+            return {}
+        sd = min(self.fit.sd(RADIUS) * INTERVAL, knob.sd)
+        if sd > MOVED * knob.sd:
+            return {}
+        value = self.fit.values[RADIUS]
+        figure = Figure(value, sd, value - Z_90 * sd, value + Z_90 * sd, self.source)
+        return {"wheel_radius": {"scale": figure}}
+
     @property
     def source(self) -> str:
         """Where derived figures come from."""
         return "derived: " + ", ".join(g.log for g in self.gaps)
 
     def effects(self) -> dict[str, dict[str, Figure]]:
-        """Causes as the mended file states them; profiles are written apart."""
-        return {
+        """Causes as the mended file states them; profiles are written apart.
+
+        A tyre radius that moved within its sd is written as ``wheel_radius``, because
+        logs hold speeds by the radius that the file states.
+        """
+        found = self._radius()
+        return found | {
             a.cause.effect: {
                 k: Figure(e.value, e.sd, e.low, e.high, self.source)
                 for k, e in a.figures.items()
