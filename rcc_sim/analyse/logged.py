@@ -101,7 +101,8 @@ def open_log(
     }
     log, turned = _forward(Trace(kept, name=trace.name))
     _refuse(log, checked.unusable)
-    return Logged(log, (*notes, *turned, *checked.findings), reading)
+    told = [f for f in checked.findings if not turned or f.kind != turned[0].kind]
+    return Logged(log, (*notes, *turned, *told), reading)
 
 
 def _without(trace: Trace, hide: Sequence[str]) -> Trace:
