@@ -54,7 +54,9 @@ def predicted(
         out = replay(vehicle, drive.part(slice(low, end)), substeps=substeps)
         for name in columns:
             if name in out:
-                whole.setdefault(name, np.empty(n))[start:end] = out[name][start - low :]
+                whole.setdefault(name, np.empty(n))[start:end] = out[name][
+                    start - low :
+                ]
 
     one(pieces[0])
     with ThreadPoolExecutor(CORES) as pool:
@@ -94,9 +96,9 @@ class Tolerances:
         moved = self.moved.get(column)
         if moved is None or not len(moved):
             return 0.0
-        squares = (moved**2).sum(axis=0)
+        squares: Array = (moved**2).sum(axis=0)
         if len(self.rows) == n:
-            return np.sqrt(squares)
+            return np.asarray(np.sqrt(squares))
         return float(np.sqrt(np.nanmean(squares)))
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import IO
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rcc_sim.analyse.logcheck import check_log
 from rcc_sim.analyse.logcheck.finding import (
@@ -25,6 +26,8 @@ from rcc_sim.errors import InputError
 from rcc_sim.readers import Log, on_one_clock, read_log, with_vehicle
 from rcc_sim.simulate.smooth import sensor_noise
 from rcc_sim.trace import Trace
+
+Places = NDArray[np.intp]
 
 COMPARED = (
     *("speed_mps", "yaw_rate_radps", "accel_x_mps2", "accel_y_mps2"),
@@ -164,7 +167,7 @@ def _forward(trace: Trace) -> tuple[Trace, tuple[Finding, ...]]:
     return Trace(columns, name=trace.name), (found,)
 
 
-def _reversing(speed: Array, starts: Array, ends: Array) -> Mask:
+def _reversing(speed: Array, starts: Places, ends: Places) -> Mask:
     """Return the rows from standing still, backwards, to standing still again."""
     out = np.zeros(len(speed), dtype=bool)
     for start, end in zip(starts, ends, strict=True):

@@ -99,6 +99,7 @@ def test_a_throttled_trace_of_the_model_has_no_gap():
     throttle = (t, 0.3 + 0.1 * np.sin(t))
     hold = Cycle("throttle", np.array([0.0, 20.0]), np.zeros(2))
     trace = simulate(vehicle, hold, throttle=throttle, output_rate=100.0).trace
+    trace["throttle"][0] = 0.3  # at its first row a trace has not read it yet
     found = gap(logged(trace), vehicle)
     assert found.mode == "commanded"
     assert_no_gap(found, 2e-3)
@@ -171,7 +172,9 @@ def test_windows_say_when_an_effect_acts():
 
 
 def test_the_gap_is_none_where_the_sds_explain_it():
-    unsure = {"drivetrain_damping": {"damping_nms_per_rad": {"value": 1e-4, "sd": 3e-5}}}
+    unsure = {
+        "drivetrain_damping": {"damping_nms_per_rad": {"value": 1e-4, "sd": 3e-5}}
+    }
     true = {"drivetrain_damping": {"damping_nms_per_rad": 1.3e-4}}
     sure = {"drivetrain_damping": {"damping_nms_per_rad": 1e-4}}
     log = logged(small_log(car(true)))
@@ -284,7 +287,11 @@ def test_a_log_that_nothing_drives_is_refused_with_what_it_should_hold(tmp_path)
 
 def test_a_throttle_does_not_drive_a_vehicle_in_speed_mode(tmp_path):
     t = np.arange(0, 10, 0.01)
-    columns = {"time_s": t, "throttle": 0.2 + 0.1 * np.sin(t), "accel_x_mps2": np.sin(t)}
+    columns = {
+        "time_s": t,
+        "throttle": 0.2 + 0.1 * np.sin(t),
+        "accel_x_mps2": np.sin(t),
+    }
     vehicle = car(LOSSES)
     with pytest.raises(InputError, match="speed_ref_mps, or speed_mps"):
         gap(open_log(written(tmp_path, columns), vehicle), vehicle)

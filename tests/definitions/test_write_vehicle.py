@@ -74,7 +74,9 @@ def test_an_effect_that_the_file_has_is_changed_in_its_place(ours, tmp_path):
     damping = {"drivetrain_damping": {"damping_nms_per_rad": Figure(2e-5, sd=1e-6)}}
     write_vehicle(load_vehicle(ours), out, {}, damping, "drive.csv")
     assert out.read_text().count("[effects.drivetrain_damping]") == 1
-    figure = load_vehicle(out).figures()["effects.drivetrain_damping.damping_nms_per_rad"]
+    figure = load_vehicle(out).figures()[
+        "effects.drivetrain_damping.damping_nms_per_rad"
+    ]
     assert figure.value == 2e-5
 
 
@@ -142,7 +144,7 @@ def test_what_was_set_and_taken_out_on_the_way_is_written_too(ours, tmp_path):
 def test_a_figure_that_no_vehicle_may_have_leaves_the_file_untouched(ours, tmp_path):
     out = tmp_path / "fixed.toml"
     out.write_text("before")
-    with pytest.raises(InputError, match="mass_kg.*nothing was written"):
+    with pytest.raises(InputError, match=r"mass_kg.*nothing was written"):
         write_vehicle(
             load_vehicle(ours), out, {"body.mass_kg": Figure(-1.0)}, {}, "drive.csv"
         )

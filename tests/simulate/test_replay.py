@@ -45,7 +45,9 @@ def test_half_the_time_step_changes_the_energy_by_less_than_a_thousandth():
 
 def test_drawing_the_state_to_the_measurement_takes_a_wrong_speed_away():
     log = simulate(car(LOSSES), CYCLE, output_rate=100).trace
-    shown = dict(log.columns) | {"speed_mps": log["speed_mps"] + 0.2 * (log["time_s"] > 8)}
+    shown = dict(log.columns) | {
+        "speed_mps": log["speed_mps"] + 0.2 * (log["time_s"] > 8)
+    }
     drive = drive_of(Trace(shown), car(LOSSES))
     free = replay(car(LOSSES), drive)["speed_mps"]
     drawn = replay(car(LOSSES), drive, (0.01, 1.0))["speed_mps"]
@@ -59,7 +61,8 @@ def test_gaps_in_what_was_commanded_are_bridged():
     ref = np.array(log["speed_ref_mps"])
     ref[700:720] = np.nan
     out = replay(
-        car(LOSSES), drive_of(Trace(dict(log.columns) | {"speed_ref_mps": ref}), car(LOSSES))
+        car(LOSSES),
+        drive_of(Trace(dict(log.columns) | {"speed_ref_mps": ref}), car(LOSSES)),
     )
     assert np.abs(out["speed_mps"] - log["speed_mps"]).max() < 5e-3
 
@@ -72,7 +75,9 @@ def test_a_log_without_commands_or_speed_drives_nothing():
 
 def test_a_part_of_a_drive_begins_on_its_own_part_of_the_road():
     t = np.arange(0, 60, 0.1)
-    log = Trace({"time_s": t, "speed_mps": 0 * t + 10.0, "slope": np.where(t > 30, 0.05, 0.0)})
+    log = Trace(
+        {"time_s": t, "speed_mps": 0 * t + 10.0, "slope": np.where(t > 30, 0.05, 0.0)}
+    )
     drive = drive_of(log, truck())
     whole = replay(truck(), drive)["battery_power_w"]
     part = replay(truck(), drive.part(slice(400, 600)))["battery_power_w"]
