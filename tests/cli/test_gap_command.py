@@ -5,7 +5,11 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
+
+from rcc_sim.analyse.logged import open_log
+from rcc_sim.definitions.vehicle import load_vehicle
 
 CASES = Path(__file__).resolve().parents[3] / "shared" / "cases"
 BMW = Path(__file__).resolve().parents[3] / "shared/data/real_ev/bmw_i3_tum"
@@ -79,8 +83,8 @@ def test_a_hidden_channel_is_not_compared(drive):
     [
         ("", "empty"),
         ("time_s,speed_mps\n0,1\n", "row"),
-        ("time_s,wind\n" + "".join(f"{k},1\n" for k in range(40)), "wind"),
-        ("time_s,speed_mps\n" + "".join(f"{k},nan\n" for k in range(40)), "no channel"),
+        ("time_s,wind\n" + "".join(f"{k},1\n" for k in range(40)), "predicts"),
+        ("time_s,speed_mps\n" + "".join(f"{k},nan\n" for k in range(40)), "blank"),
     ],
 )
 def test_what_is_no_log_is_one_line_and_exit_2(tmp_path, text, word):
@@ -100,14 +104,26 @@ def test_an_unknown_hidden_column_is_an_error(drive):
 
 
 @pytest.mark.skipif(not BMW.is_dir(), reason="the BMW logs are not here")
-def test_a_logged_torque_parts_electrical_from_mechanical():
-    done = rccsim("gap", BMW / "TripB03.csv.gz", "--vehicle", "bmw_i3", "--json")
+@pytest.mark.parametrize("trip", ["TripA01", "TripB03"])
+def test_the_electrical_stage_is_battery_less_logged_torque_and_known_loads(trip):
+    """By hand: P = τ ω / η driving, τ ω η braking, and the auxiliaries."""
+    done = rccsim("gap", BMW / f"{trip}.csv.gz", "--vehicle", "bmw_i3", "--json")
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
-    assert found["mode"] == "imposed"
     stages = {row["stage"]: row["gap_wh"] for row in found["stages"]}
     assert set(stages) == {"mechanical", "electrical"}
     assert sum(stages.values()) == pytest.approx(found["energy"]["gap_wh"])
+    car = load_vehicle("bmw_i3")
+    log = open_log(BMW / f"{trip}.csv.gz", car).log
+    gear = car.drivetrain.gear_ratio.value / car.tyres.radius_m.value
+    shaft = log["motor_torque_nm"] * log["speed_mps"] * gear
+    eta = car.effects["motor_efficiency"]["scale"].value
+    model = np.where(shaft > 0, shaft / eta, shaft * eta) + log["aux_power_w"]
+    model += car.effects["auxiliary_load"]["power_w"].value
+    left = log["battery_voltage_v"] * log["battery_current_a"] - model
+    by_hand = np.nansum(left * np.gradient(log["time_s"])) / 3600
+    measured = found["energy"]["measured_wh"]
+    assert stages["electrical"] == pytest.approx(by_hand, abs=0.005 * measured)
 
 
 @pytest.mark.slow
