@@ -165,6 +165,8 @@ def gap(
         least = FINEST * float(np.sqrt(np.mean(log[name][ok] ** 2)))
         size = np.maximum(np.hypot(noise[0], band), least)
         sizes[name] = np.broadcast_to(size, len(log))
+    when = tuple(windows(log["time_s"], compared, sizes, memory))
+    del compared, sizes  # a long log's are large
     energy, measured, weights = _energy(log, vehicle, drive, simulated, moved)
     power = None if measured is None else measured - _simulated(energy, simulated)
     tell(0.85)
@@ -191,7 +193,7 @@ def gap(
         tuple(gaps),
         tuple(regime_gaps(kinds, log["time_s"], power, weights)),
         tuple(stages),
-        tuple(windows(log["time_s"], compared, sizes, memory)),
+        when,
         logged.findings,
         _notes(log, drive, energy, gaps, moved, vehicle),
         kinds,
