@@ -53,8 +53,13 @@ def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
     )
     config: Any = numba.config  # its settings are made as it loads
     config.CACHE_DIR = str(getattr(function, "__cache_folder__", cache_folder()))
-    options = {"cache": _can_cache(), "error_model": "numpy", "nogil": True}
-    return numba.njit(forceinline=True, **options)(twin)
+    options: dict[str, Any] = {
+        "cache": _can_cache(),
+        "error_model": "numpy",
+        "nogil": True,
+    }
+    made: Callable[..., Any] = numba.njit(forceinline=True, **options)(twin)
+    return made
 
 
 def bound(

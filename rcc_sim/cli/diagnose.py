@@ -56,9 +56,7 @@ def diagnose(
     ] = None,
     holdout: Annotated[
         list[str] | None,
-        typer.Option(
-            help="A log to judge on, never fitted; repeatable.", metavar="LOG"
-        ),
+        typer.Option(help="A log that is only judged; repeatable.", metavar="LOG"),
     ] = None,
     repeats: Annotated[
         list[str] | None,

@@ -7,14 +7,17 @@ from dataclasses import dataclass, field, replace
 from math import inf
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rcc_sim.diagnose.candidates import Candidate
 from rcc_sim.diagnose.engine import Engine, Fit
 from rcc_sim.diagnose.knobs import Knob, nuisance_knobs
 from rcc_sim.diagnose.noise import Whitener
-from rcc_sim.diagnose.profile import Probe, Profile, probe_size
+from rcc_sim.diagnose.profile import Probe, Profile, overlap, probe_size, shares
 from rcc_sim.diagnose.remainder import remainder
-from rcc_sim.diagnose.screen import Screen, Screened
+from rcc_sim.diagnose.screen import Screened
+
+Array = NDArray[np.float64]
 
 REFINED = 6
 """Candidates that are refined after the screen."""
@@ -98,6 +101,8 @@ class Cause:
         Log -> profile, where it varies over the drive.
     sharpened : float
         Times more that it gained by the noise it leaves than by ``gain``.
+    shares : ndarray
+        Share of each track in what it changes.
     """
 
     effect: str
@@ -107,6 +112,7 @@ class Cause:
     tied: tuple[str, ...] = ()
     profiles: dict[int, Profile] = field(default_factory=dict)
     sharpened: float = 1.0
+    shares: Array = field(default_factory=lambda: np.zeros(0))
 
 
 @dataclass(frozen=True)
@@ -166,26 +172,23 @@ def compete(
         if not ranking:
             ranking = {r.candidate.effect: r.gain for r, _ in reversed(found)}
         told(f"refining cause {turn + 1}")
-        refined = refine(engine, current, likely(found, needed_gain(causes)))
+        refined = refine(engine, current, likely(found, ENOUGH))
         if not causes:
             ranking |= {r.screened.candidate.effect: r.gain for r in refined}
         best = refined[0] if refined else None
-        constant = best.gain if best else 0.0
+        one = cause_of(best, refined) if best else None
         named = {c.effect for c in candidates} - taken
         varying = profile_cause(engine, current, named)
-        needed = needed_gain(causes)
-        if varying and varying.gain > max(
-            PROFILE_ENOUGH, constant + PROFILE_ENOUGH / 2, needed
-        ):
+        if varying and is_clear(varying, one, causes):
             ranking[varying.effect] = max(ranking.get(varying.effect, 0), varying.gain)
-            left = remainder(engine, current).evidence
+            left = remainder(engine, current).against(varying.shares)
             if varying.gain > UNLIKE[varying.effect] * left:
                 engine, current = with_profile(engine, current, varying)
                 causes.append(varying)
                 continue
-        if best is None or constant < needed:
+        if best is None or one is None or one.gain < needed_gain(causes, one.shares):
             break
-        causes.append(cause_of(best, refined))
+        causes.append(one)
         current = engine.fit(best.fit.values, best.fit.knobs)
     told("leaving out what is not needed")
     causes, current = without_idle(engine, causes, current)
@@ -219,51 +222,25 @@ def without_idle(
     return causes, fit
 
 
-def needed_gain(causes: Sequence[Cause]) -> float:
-    """Nats that one more cause must gain, given those already taken in."""
-    misfits = (
-        c.gain * (PROFILE_MISFIT if c.profiles else MISFIT * c.sharpened)
+def is_clear(varying: Cause, one: Cause | None, causes: Sequence[Cause]) -> bool:
+    """Tell whether a profile is to be taken in before the best constant cause."""
+    if varying.gain <= max(PROFILE_ENOUGH, needed_gain(causes, varying.shares)):
+        return False
+    if one is None:
+        return True
+    rival = one.gain * overlap(one.shares, varying.shares)
+    return varying.gain > rival + PROFILE_ENOUGH / 2
+
+
+def needed_gain(causes: Sequence[Cause], where: Array) -> float:
+    """Nats that one more cause must gain, given those that act in the same tracks."""
+    misfits = [
+        c.gain
+        * (PROFILE_MISFIT if c.profiles else MISFIT * c.sharpened)
+        * overlap(c.shares, where)
         for c in causes
-    )
-    return max(ENOUGH_MORE if causes else ENOUGH, *misfits, 0.0)
-
-
-def screened(
-    engine: Engine, fit: Fit, candidates: Sequence[Candidate]
-) -> list[tuple[Screened, Fit]]:
-    """Screen candidates around a fit; best first, each with where to refine from."""
-    screen = Screen(engine, fit)
-    found = [(r, fit) for r in engine.pool.map(screen.best, candidates)]
-    found += released(engine, fit, candidates)
-    return sorted(found, key=lambda pair: -pair[0].gain)
-
-
-def released(
-    engine: Engine, fit: Fit, candidates: Sequence[Candidate]
-) -> list[tuple[Screened, Fit]]:
-    """Candidates in place of tolerances that were pulled too far.
-
-    A figure that is far from what the file states is an effect that acts on it: the
-    figure goes back and the effect takes its part over.
-    """
-    keys = {s.key: c for c in candidates for s in c.searches}
-    knobs = {k.key: k for k in fit.knobs}
-    found = []
-    for key, (figure, is_ratio) in SAME_FIGURE.items():
-        knob = knobs.get(figure)
-        if key not in keys or knob is None or not knob.sd < inf:
-            continue
-        now = fit.values[figure]
-        pull = (now - knob.value) / knob.sd
-        if abs(pull) < TOO_FAR:
-            continue
-        values = {key: now / knob.value if is_ratio else now - knob.value}
-        start = engine.evaluate(
-            fit.values | values | {figure: knob.value}, fit.knobs, fit.noise
-        )
-        start = replace(start, signals=fit.signals, information=fit.information)
-        found.append((Screened(keys[key], 0.5 * pull**2, values), start))
-    return found
+    ]
+    return max([ENOUGH_MORE if causes else ENOUGH, *misfits])
 
 
 def likely(
@@ -305,6 +282,8 @@ def refine(
         base.values, base.knobs, noise=noise, signals=base.signals, rounds=3
     )
     best = max(before)
+    if best <= 0:
+        return []
     every = zip(found, fits, handicap, before, strict=True)
     close = [one for one in every if one[3] > FAR_BEHIND * best]
     moved = [
@@ -323,12 +302,8 @@ def refine(
     after = [f.score - again.score - h for f, h in zip(fits, handicap, strict=True)]
     columns = zip((r for r, _ in moved), fits, before, after, strict=True)
     refined = sorted((Refined(*one) for one in columns), key=lambda r: -r.after)
-    seen: set[str] = set()
-    return [
-        r
-        for r in refined
-        if not ((name := r.screened.candidate.effect) in seen or seen.add(name))
-    ]
+    names = [r.screened.candidate.effect for r in refined]
+    return [r for i, r in enumerate(refined) if names[i] not in names[:i]]
 
 
 def with_effect(
@@ -377,6 +352,9 @@ def cause_of(best: Refined, refined: Sequence[Refined]) -> Cause:
         < TIED + slack(r.screened.candidate.effect, 0.0) + 0.001 * best.after
     ]
     rival = max((r.after for r in others if r not in tied), default=0.0)
+    keys = [k.key for k in best.fit.knobs]
+    own = [best.fit.signals[keys.index(k)] for k in best.screened.values]
+    signal = [sum(parts[1:], parts[0]) for parts in zip(*own, strict=True)]
     return Cause(
         name,
         tuple(best.screened.values),
@@ -384,6 +362,7 @@ def cause_of(best: Refined, refined: Sequence[Refined]) -> Cause:
         best.gain - (best.after - rival),
         tuple(r.screened.candidate.effect for r in tied),
         sharpened=max(best.after / best.gain, 1.0) if best.gain > 0 else 1.0,
+        shares=shares(signal, best.fit.noise),
     )
 
 
@@ -401,7 +380,8 @@ def profile_cause(engine: Engine, fit: Fit, named: set[str]) -> Cause | None:
             found[i] = max(tried, key=lambda p: p.evidence)
         gain = sum(p.evidence for p in found.values())
         if best is None or gain > best.gain:
-            best = Cause(effect, (key,), gain, best.gain if best else 0.0, (), found)
+            rival = best.gain if best else 0.0
+            best = Cause(effect, (key,), gain, rival, (), found, shares=probe.shares)
         elif best:
             best = replace(best, rival=max(best.rival, gain))
     return best

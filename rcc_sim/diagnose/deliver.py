@@ -114,6 +114,5 @@ def screen(found: Diagnosis) -> list[str]:
             f"LEFT     acts as a {found.left.acts_as}, follows {found.left.follows}"
             f" ({found.left.evidence:.0f} nats); {where}"
         )
-    for experiment in found.next_experiments()[:2]:
-        lines.append(f"NEXT     {experiment.do}")
-    return lines
+    runs = found.next_experiments()[:2]
+    return lines + [f"NEXT     {run.do}" for run in runs]

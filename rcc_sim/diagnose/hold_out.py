@@ -32,9 +32,6 @@ class Shrink:
         Of the nominal vehicle, and of the mended one.
     explained, low, high : float
         1 - after/before, with its 90 % interval over the stretches.
-    gains : dict
-        Effect -> nats by which the held-out rows are likelier with it than with the
-        other causes alone.
     """
 
     before: float
@@ -99,9 +96,8 @@ def hold_out(engine: Engine, nominal: Engine, fit: Fit) -> Shrink:
         values = refitted(engine, fit, train)
         after = engine.white(engine.residuals(values), fit.noise) ** 2
         judged = restricted(fit.noise, engine, test)
-        for part in np.array_split(np.flatnonzero(judged), 10):
-            if len(part):
-                squares.append((float(before[part].mean()), float(after[part].mean())))
+        parts = [p for p in np.array_split(np.flatnonzero(judged), 10) if len(p)]
+        squares += [(float(before[p].mean()), float(after[p].mean())) for p in parts]
     b, a = np.array(squares).T
     floor = min(1.0, float(np.mean(a)))
     total = max(float(b.mean()) - floor, 1e-9)

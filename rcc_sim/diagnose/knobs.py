@@ -104,7 +104,7 @@ def calm_noise(x: Array) -> float:
     """Noise of a sensor: from its differences in the calmest tenth of the record."""
     d = np.diff(x[np.isfinite(x)])
     if len(d) < CALM_PARTS:
-        return float(np.std(d)) / np.sqrt(2) if len(d) else 0.0
+        return float(np.std(d) / np.sqrt(2)) if len(d) else 0.0
     parts = np.array_split(d, CALM_PARTS)
     sizes = [float(np.sqrt(np.mean((part - part.mean()) ** 2))) for part in parts]
-    return float(np.quantile(sizes, 0.1)) / np.sqrt(2)
+    return float(np.quantile(sizes, 0.1) / np.sqrt(2))

@@ -7,6 +7,7 @@ so that it shows in power in proportion to speed) and that remembers the recent 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,7 +45,7 @@ def block_means(z: Array, edges: list[int]) -> list[Array]:
     n, last = len(z), edges[-1]
     return [
         (total[last - a : last - a + n] - total[last - b : last - b + n]) / (b - a)
-        for a, b in zip(edges, edges[1:], strict=False)
+        for a, b in pairwise(edges)
     ]
 
 
@@ -99,7 +100,7 @@ def log_likelihood(whitener: Whitener, e: Array) -> float:
     """Log-likelihood of a channel's residual, scale and all."""
     n = int(whitener.valid.sum())
     size = float(np.log(whitener.scale[whitener.valid]).sum())
-    return log_density(whitener(e)) - n * np.log(whitener.sigma) - size
+    return log_density(whitener(e)) - n * float(np.log(whitener.sigma)) - size
 
 
 def fit_whitener(

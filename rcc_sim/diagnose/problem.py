@@ -74,7 +74,10 @@ class Problem:
         ]
         if self.drive.imposed and "speed_mps" in found:
             found.remove("speed_mps")
-        if "battery_current_a" in found and "battery_power_w" in found:
+        apart = {"battery_current_a", "battery_voltage_v"}
+        if not self.knows_voltage and "battery_power_w" in found:
+            found = [c for c in found if c not in apart]
+        elif "battery_current_a" in found and "battery_power_w" in found:
             found.remove("battery_power_w")
         if "motor_current_a" in found and "motor_torque_nm" in found:
             found.remove("motor_torque_nm")
@@ -125,6 +128,17 @@ class Problem:
             ok[0] = False
             masks.append(ok & rolling if c in LATERAL else ok)
         return masks
+
+    @property
+    def knows_voltage(self) -> bool:
+        """Whether the battery's voltage is known well enough to be judged by it.
+
+        An open-circuit voltage that is stated with an sd follows a charge that the
+        model does not; power is then judged in place of voltage and current.
+        """
+        battery = self.vehicle.battery
+        stated = battery.open_circuit_voltage_v
+        return stated is not None and stated.sd == 0.0
 
     @property
     def surveyed(self) -> bool:

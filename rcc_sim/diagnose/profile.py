@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.diagnose.engine import Engine, Fit
-from rcc_sim.diagnose.noise import weights
+from rcc_sim.diagnose.noise import Whitener, weights
 
 Array = NDArray[np.float64]
 
@@ -57,6 +57,19 @@ class Profile:
         return np.abs(self.at(x)) > times * np.interp(x, self.knots, self.sd)
 
 
+def shares(signal: list[Array], noise: list[Whitener]) -> Array:
+    """Share of each track in the power of a signal, whitened."""
+    power = np.array(
+        [float((w(e) ** 2).sum()) for e, w in zip(signal, noise, strict=True)]
+    )
+    return power / (power.sum() or 1.0)
+
+
+def overlap(a: Array, b: Array) -> float:
+    """Part of two signals that sits in the same tracks: 1 alike, 0 apart."""
+    return float(np.minimum(a, b).sum())
+
+
 def windows(x: Array, knots: Array) -> Array:
     """Piecewise linear windows (n, k) around knots, that sum to 1."""
     i = np.clip(np.searchsorted(knots, x, side="right") - 1, 0, len(knots) - 2)
@@ -83,6 +96,11 @@ class Probe:
         self.tracks = [
             i for i, w in enumerate(fit.noise) if np.any(self.signal[i][w.valid])
         ]
+
+    @property
+    def shares(self) -> Array:
+        """Share of each track in the signal."""
+        return shares(self.signal, self.fit.noise)
 
     def profile(self, log: int, along: str, x: Array, count: int) -> Profile:
         """Strengths over a coordinate x of one log, and the evidence for them."""
@@ -142,5 +160,10 @@ def probe_size(engine: Engine, key: str) -> float:
     lever = vehicle.tyres.radius_m.value / vehicle.drivetrain.gear_ratio.value
     torque = 0.01 * vehicle.body.mass_kg.value * 9.81 * lever
     power = 0.01 * float(np.nanmax(np.abs(problem.nominal["battery_power_w"])))
-    sizes = {"torque_nm": torque, "power_w": power or 1.0, "angle_rad": 0.005}
+    sizes = {
+        "torque_nm": torque,
+        "a_n": torque / lever,
+        "power_w": power or 1.0,
+        "angle_rad": 0.005,
+    }
     return sizes.get(key.rpartition(".")[2], 0.005)

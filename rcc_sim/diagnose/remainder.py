@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.diagnose.engine import MEMORY, Engine, Fit
-from rcc_sim.diagnose.profile import Probe, Profile, probe_size
+from rcc_sim.diagnose.profile import Probe, Profile, overlap, probe_size
 
 Array = NDArray[np.float64]
 
@@ -17,11 +17,12 @@ UNKNOWN_ENOUGH = 30.0
 """Nats beyond which a remainder is a real one."""
 
 CARRIERS = {
-    "drag": "effects.drivetrain_friction.torque_nm",
-    "power": "effects.auxiliary_load.power_w",
-    "steer": "effects.steering_offset.angle_rad",
+    "drag": ("effects.drivetrain_friction.torque_nm", "effects.road_load.a_n"),
+    "power": ("effects.auxiliary_load.power_w",),
+    "steer": ("effects.steering_offset.angle_rad",),
 }
-"""How something unknown may act: as a drag, a power, an angle of the wheels."""
+"""How something unknown may act: as a drag, a power, an angle of the wheels; and the
+figure by which the model is made to do so (the second, where a file states it)."""
 
 FOLLOWS = {
     "time_s": (25, 40, 100),
@@ -50,6 +51,10 @@ class Remainder:
         Its strength.
     log : int
         Log in which it is clearest.
+    shares : ndarray
+        Share of each track in it.
+    rivals : tuple of Remainder
+        The likeliest by each way of acting, this one among them.
     """
 
     evidence: float
@@ -58,6 +63,14 @@ class Remainder:
     windows: list[dict[str, Any]]
     profile: Profile | None = None
     log: int = 0
+    shares: Array = field(default_factory=lambda: np.zeros(0))
+    rivals: tuple[Remainder, ...] = ()
+
+    def against(self, shares: Array) -> float:
+        """Nats of what is left in the tracks in which a cause shows itself."""
+        return max(
+            (r.evidence * overlap(r.shares, shares) for r in self.rivals), default=0.0
+        )
 
     @property
     def is_real(self) -> bool:
@@ -67,28 +80,40 @@ class Remainder:
 
 def remainder(engine: Engine, fit: Fit) -> Remainder:
     """Return the likeliest form of what a fit leaves unexplained."""
-    best = Remainder(0.0, "", "", [])
     steered = all(p.drive.steered for p in engine.problems)
-    for name, key in CARRIERS.items():
+    stated = engine.problems[0].vehicle.figures()
+    each = []
+    for name, keys in CARRIERS.items():
         if name == "steer" and not steered:
             continue
+        key = next((k for k in keys[1:] if k in stated), keys[0])
         probe = Probe(engine, fit, key, probe_size(engine, key))
-        for i, problem in enumerate(engine.problems):
-            for along, counts in FOLLOWS.items():
-                x = problem.speed if along == "speed_mps" else None
-                if x is None:
-                    if along not in problem.log:
-                        continue
-                    x = problem.log[along]
-                x = np.nan_to_num(x)
-                if along == "time_s":  # no finer than the noise remembers
-                    most = int((x[-1] - x[0]) / MEMORY) + 1
-                    counts = tuple(n for n in counts if n <= max(most, counts[0]))
-                tried = [probe.profile(i, along, x, count) for count in counts]
-                profile = max(tried, key=lambda p: p.evidence)
-                if profile.evidence > best.evidence:
-                    found = windows_of(probe, i, profile, x)
-                    best = Remainder(profile.evidence, name, along, found, profile, i)
+        each.append(likeliest_of(probe, name))
+    best = max(each, key=lambda r: r.evidence)
+    return replace(best, rivals=tuple(each))
+
+
+def likeliest_of(probe: Probe, name: str) -> Remainder:
+    """Return the likeliest form of one way of acting."""
+    best = Remainder(0.0, name, "", [], shares=probe.shares)
+    for i, problem in enumerate(probe.engine.problems):
+        for along, counts in FOLLOWS.items():
+            if along == "speed_mps":
+                x = problem.speed
+            elif along in problem.log:
+                x = np.nan_to_num(problem.log[along])
+            else:
+                continue
+            if along == "time_s":  # no finer than the noise remembers
+                most = int((x[-1] - x[0]) / MEMORY) + 1
+                counts = tuple(n for n in counts if n <= max(most, counts[0]))
+            tried = [probe.profile(i, along, x, count) for count in counts]
+            profile = max(tried, key=lambda p: p.evidence)
+            if profile.evidence > best.evidence:
+                found = windows_of(probe, i, profile, x)
+                best = Remainder(
+                    profile.evidence, name, along, found, profile, i, probe.shares
+                )
     return best
 
 
@@ -100,13 +125,14 @@ def windows_of(
     clear = profile.clear_at(x)
     tracks = [i for i in probe.tracks if probe.engine.tracks[i][0] == log]
     power = np.zeros(len(time))
-    strongest = (0.0, "")
+    strongest, channel = 0.0, ""
     for i in tracks:
         w = probe.fit.noise[i]
         part = np.zeros(len(time))
         part[w.valid] = w(probe.signal[i] * profile.at(x)) ** 2
         power += part
-        strongest = max(strongest, (float(part.sum()), probe.engine.tracks[i][1]))
+        if float(part.sum()) > strongest:
+            strongest, channel = float(part.sum()), probe.engine.tracks[i][1]
     gap = 2.0 * (time[-1] - time[0]) / WINDOWS
     edges = np.flatnonzero(np.diff(np.concatenate([[0], clear.astype(int), [0]])))
     spans: list[list[int]] = []
@@ -120,9 +146,13 @@ def windows_of(
         {
             "start_s": float(time[a]),
             "end_s": float(time[b - 1]),
-            "channel": strongest[1],
+            "channel": channel,
             "share": float(power[a:b].sum()) / total,
         }
         for a, b in spans
     ]
-    return [w for w in out if w["share"] > 0.01]
+    return [
+        w
+        for w, (a, b) in zip(out, spans, strict=True)
+        if power[a:b].sum() > 0.01 * total
+    ]

@@ -19,7 +19,7 @@ from rcc_sim.diagnose.candidates import candidates_for
 from rcc_sim.diagnose.compete import Cause, Explanation, compete
 from rcc_sim.diagnose.engine import Engine, Fit
 from rcc_sim.diagnose.experiment import next_experiments
-from rcc_sim.diagnose.hold_out import Shrink, folds, hold_out, refitted, restricted
+from rcc_sim.diagnose.hold_out import Shrink, folds, hold_out, refitted
 from rcc_sim.diagnose.knobs import RADIUS
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.remainder import Remainder, remainder
@@ -36,6 +36,7 @@ from rcc_sim.simulate.replay import drive_of, replay
 from rcc_sim.trace import Trace
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 MOVED = 0.9
 """Share of its stated sd above which a figure's sd must fall for it to be written."""
@@ -80,7 +81,7 @@ class Diagnosis:
     def document(self) -> dict[str, Any]:
         """Return what ``--json`` prints."""
         first = self.gaps[0]
-        unexplained = {
+        unexplained: dict[str, Any] = {
             "fraction": 1 - max(self.shrink.explained, 0.0) if self.left.is_real else 0,
             "windows": self.left.windows if self.left.is_real else [],
         }
@@ -234,7 +235,10 @@ def diagnose(
 
 
 def problem_of(log: Trace, vehicle: Vehicle) -> Problem:
-    """Return a log as a problem for a vehicle."""
+    """Return a log as a problem for a vehicle; its battery power is worked out."""
+    power = _battery_power(log)
+    if power is not None and "battery_power_w" not in log:
+        log = Trace({**log.columns, "battery_power_w": power}, name=log.name)
     return Problem(vehicle, log, drive_of(log, vehicle))
 
 
@@ -269,10 +273,10 @@ def _proof(
             np.array([p.mean() for p in np.array_split(x, 20)]) for x in (before, after)
         )
         return _shrunk(b, a), _energy_percent(problems, [values], [None])
-    values = [refitted(acting, fit, train) for train, _ in folds(acting)]
+    halves = [refitted(acting, fit, train) for train, _ in folds(acting)]
     tests = [test for _, test in folds(acting)]
     shrink = hold_out(acting, nominal, fit)
-    return shrink, _energy_percent(list(acting.problems), values, tests)
+    return shrink, _energy_percent(list(acting.problems), halves, tests)
 
 
 def _shrunk(b: Array, a: Array) -> Shrink:
@@ -286,7 +290,7 @@ def _shrunk(b: Array, a: Array) -> Shrink:
 def _energy_percent(
     problems: list[Problem],
     values: list[dict[str, float]],
-    tests: Sequence[Sequence[Array] | None],
+    tests: Sequence[Sequence[Mask] | None],
 ) -> float | None:
     """Energy gap of free runs with these figures on rows that they did not see."""
     measured = simulated = 0.0
@@ -300,7 +304,7 @@ def _energy_percent(
             dt = np.gradient(p.log["time_s"])
             ok = np.isfinite(power) & np.isfinite(out["battery_power_w"])
             if rows is not None:
-                ok &= rows[i].astype(bool)
+                ok &= rows[i]
             measured += float((power * dt)[ok].sum())
             simulated += float((out["battery_power_w"] * dt)[ok].sum())
     return 100 * (measured - simulated) / measured if measured else None
@@ -309,7 +313,4 @@ def _energy_percent(
 def _battery_power(log: Trace) -> Array | None:
     if "battery_voltage_v" in log and "battery_current_a" in log:
         return log["battery_voltage_v"] * log["battery_current_a"]
-    return log["battery_power_w"] if "battery_power_w" in log else None
-
-
-__all__ = ["Diagnosis", "diagnose", "problem_of", "restricted"]
+    return log.columns.get("battery_power_w")

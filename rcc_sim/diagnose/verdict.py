@@ -54,7 +54,7 @@ def standing(found: Explanation, left: Remainder) -> list[Cause]:
     """Return the causes that what is left does not dwarf."""
     if not left.is_real:
         return list(found.causes)
-    return [c for c in found.causes if left.evidence <= WITHDRAWN * c.gain]
+    return [c for c in found.causes if left.against(c.shares) <= WITHDRAWN * c.gain]
 
 
 def status_of(causes: list[Cause], left: Remainder) -> str:
@@ -69,7 +69,7 @@ def probability(cause: Cause, left: Remainder) -> float:
     margin = min(cause.gain - 0.5 * ENOUGH, cause.gain - cause.rival)
     chance = 1 / (1 + exp(-min(margin, 200.0) / SOFT))
     if left.is_real:
-        chance *= cause.gain / (cause.gain + left.evidence)
+        chance *= cause.gain / (cause.gain + left.against(cause.shares))
     return min(max(chance, 0.01), 0.995)
 
 
