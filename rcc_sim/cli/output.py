@@ -18,6 +18,7 @@ import typer
 
 from rcc_sim.cli.table import print_table
 from rcc_sim.errors import InputError
+from rcc_sim.report.text import printable as printable
 
 Rows = Sequence[Mapping[str, Any]]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
@@ -89,11 +90,6 @@ def say(message: str) -> None:
 def warn(message: str) -> None:
     """Tell the person at the keyboard what to beware of."""
     say(f"warning: {message}")
-
-
-def printable(text: str) -> str:
-    """Return the text without control characters (no escape sequence passes)."""
-    return "".join(c if c.isprintable() or c in "\n\t" else "\ufffd" for c in text)
 
 
 @contextlib.contextmanager
