@@ -172,7 +172,8 @@ def diagnosis_report(duration: float = 72.0, name: str = "drive.csv") -> Report:
             "--- rcc.toml\n+++ rcc_mended.toml\n@@ -40,3 +40,6 @@\n"
             " [effects.drivetrain_damping]\n damping_nms_per_rad = 1.17e-5\n"
             "+\n+[effects.rolling_resistance]\n"
-            '+coefficient = { value = 0.0196, low = 0.019, high = 0.0203, source = "derived: '
+            "+coefficient = { value = 0.0196, low = 0.019, high = 0.0203, "
+            'source = "derived: '
             f'{name}" }}\n'
         ),
         run={
