@@ -5,21 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
-
 from rcc_sim.analyse.energy import (
     REGIMES,
     EnergyReport,
     compared,
     kinds_of_driving,
 )
-from rcc_sim.report.findings import Report, Span
+from rcc_sim.report.findings import Report, Span, spans_of
 from rcc_sim.report.provenance import run_record
 from rcc_sim.report.text import figures, percent
 from rcc_sim.trace import Trace
-
-SHORTEST = 0.002
-"""Share of a drive below which a change of regime is not shaded."""
 
 
 def energy_page(
@@ -66,18 +61,7 @@ def energy_verdict(reports: Sequence[EnergyReport]) -> str:
 
 
 def regime_spans(trace: Trace) -> tuple[Span, ...]:
-    """Return stretches of one kind of driving; those too short to see join the last."""
-    if "speed_mps" not in trace or len(trace) < 2:
+    """Return stretches of one kind of driving."""
+    if "speed_mps" not in trace:
         return ()
-    time, kind = trace["time_s"], kinds_of_driving(trace)
-    starts = np.concatenate([[0], np.flatnonzero(np.diff(kind)) + 1])
-    ends = np.append(starts[1:], len(kind))
-    least = SHORTEST * float(time[-1] - time[0])
-    spans: list[Span] = []
-    for a, b in zip(starts.tolist(), ends.tolist(), strict=True):
-        name, end = REGIMES[int(kind[a])], float(time[b])
-        if spans and (name == spans[-1].name or end - float(time[a]) < least):
-            spans[-1] = Span(spans[-1].start_s, end, spans[-1].name)
-        else:
-            spans.append(Span(float(time[a]), end, name))
-    return tuple(spans)
+    return spans_of(trace["time_s"], kinds_of_driving(trace), REGIMES)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -79,3 +79,35 @@ class Report:
     vehicle_diff: str = ""
     profiles: Trace | None = None
     run: Mapping[str, Any] = field(default_factory=dict)
+
+
+SHORTEST = 0.002
+"""Share of a drive below which a change of regime is not shaded."""
+
+
+def spans_of(
+    time: NDArray[np.float64], kinds: NDArray[np.intp], names: Sequence[str]
+) -> tuple[Span, ...]:
+    """Return stretches of one kind; one too short to see joins the one before.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        Rows of the log. [s]
+    kinds : ndarray of int, shape (n,) or (n - 1,)
+        Which of ``names`` each row, or each step to the next, is.
+    """
+    if len(time) < 2:
+        return ()
+    kinds = kinds[: len(time) - 1]
+    starts = np.concatenate([[0], np.flatnonzero(np.diff(kinds)) + 1])
+    ends = np.append(starts[1:], len(kinds))
+    least = SHORTEST * float(time[-1] - time[0])
+    spans: list[Span] = []
+    for a, b in zip(starts.tolist(), ends.tolist(), strict=True):
+        name, end = names[int(kinds[a])].replace("_", " "), float(time[b])
+        if spans and (name == spans[-1].name or end - float(time[a]) < least):
+            spans[-1] = Span(spans[-1].start_s, end, spans[-1].name)
+        else:
+            spans.append(Span(float(time[a]), end, name))
+    return tuple(spans)

@@ -10,8 +10,9 @@ from typing import IO
 
 from rcc_sim.report import html_causes, html_energy, html_record
 from rcc_sim.report.findings import Report
-from rcc_sim.report.html_charts import charts_of, drawn, packed
+from rcc_sim.report.html_charts import drawn, packed
 from rcc_sim.report.html_parts import cards, section
+from rcc_sim.report.panels import charts_of
 from rcc_sim.report.text import Markup, figures, percent, tag
 from rcc_sim.report.verdict import STATUS, verdict_of
 
@@ -130,11 +131,15 @@ def _figures(report: Report) -> list[tuple[str, str, str]]:
         found.append(("Status", STATUS.get(status, status), ""))
     for key, what in (("measured_wh", "Measured"), ("simulated_wh", "Simulated")):
         if energy.get(key) is not None:
-            found.append((what, f"{figures(energy[key])} Wh", "battery energy"))
+            place = f"{energy.get('at') or 'battery'} energy"
+            found.append((what, f"{figures(energy[key])} Wh", place))
     if energy.get("gap_wh") is not None:
         share = energy.get("gap_percent")
         word = "" if share is None else f"{figures(share)} % of the measured"
         found.append(("Gap", f"{figures(energy['gap_wh'])} Wh", word))
+    if energy.get("u_val_wh") is not None:
+        twice = 2.0 * float(energy["u_val_wh"])
+        found.append(("Doubt", f"± {figures(twice, 2)} Wh", "twice u_val"))
     if shrink.get("energy_gap_percent_after") is not None:
         word = "held out" if shrink.get("held_out") else "not held out"
         after = f"{figures(shrink['energy_gap_percent_after'], 2)} %"

@@ -43,10 +43,15 @@ def _gap(energy: Mapping[str, Any]) -> str:
     if gap is None:
         gap = 100 * (measured - simulated) / measured if measured else 0.0
     more = "more" if measured >= simulated else "less"
-    return (
-        f"the log took {figures(abs(gap))} % {more} energy than the model says "
+    place = " at the shaft" if energy.get("at") == "shaft" else ""
+    text = (
+        f"the log took {figures(abs(gap))} % {more} energy{place} than the model says "
         f"({figures(measured)} Wh against {figures(simulated)} Wh)"
     )
+    if energy.get("within") is None:
+        return text
+    how = "within" if energy["within"] else "more than"
+    return f"{text}, {how} what noise and the vehicle file's stated doubt allow"
 
 
 def _place(where: Mapping[str, Any]) -> str:

@@ -37,7 +37,7 @@ def test_text_has_contrast_aa_and_lines_have_three_to_one(theme):
     lines = ("m", "b", "a", *(f"s{k}" for k in range(6)))
     for name in lines:
         assert contrast(theme[name], theme["paper"]) >= 3.0, name
-    for tint in (f"t{k}" for k in range(6)):
+    for tint in (f"t{k}" for k in range(9)):
         for name in ("m", "b", "a"):
             assert contrast(theme[name], theme[tint]) >= 3.0, (name, tint)
 
