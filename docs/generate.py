@@ -98,7 +98,8 @@ def vehicle_page() -> str:
         "# The vehicle file",
         "",
         "A TOML file. `rccsim vehicles new NAME` begins one, "
-        "`rccsim vehicles validate` checks it, `rccsim vehicles show` prints every figure with its source.",
+        "`rccsim vehicles validate` checks it, "
+        "`rccsim vehicles show` prints every figure with its source.",
         "",
         "A **figure** is a number, a range `[low, high]`, or a table "
         "`{ value, sd, low, high, source }`; `sd` is one standard deviation of what it "

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rcc_sim.cli.complete import vehicle_names
-from rcc_sim.cli.output import Csv, Json, Output, atomic, emit, say
+from rcc_sim.cli.output import Csv, Json, Output, atomic, emit, say, sketch
 
 if TYPE_CHECKING:
     from rcc_sim.analyse.energy import EnergyReport
@@ -94,6 +94,9 @@ def energy(
         output=output,
         title=" against ".join(report.name for report in reports),
     )
+    for drive in drives:
+        if "battery_power_w" in drive:
+            sketch(f"{drive.name} power", drive["battery_power_w"].tolist(), "W")
 
 
 def _write_page(

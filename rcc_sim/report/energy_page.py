@@ -39,7 +39,7 @@ def energy_page(
 def energy_verdict(reports: Sequence[EnergyReport]) -> str:
     """Return consumption, what it mostly went into, and how the drives differ."""
     first = reports[0]
-    text = f"{first.name} took {figures(first.wh_per_km)} Wh/km"
+    text = f"{first.name} took {figures(first.wh_per_km, 4)} Wh/km"
     if first.wh_per_km is None:
         text = f"{first.name} took {figures(first.energy_wh)} Wh and never moved"
     if first.ledger and first.energy_wh > 0:
@@ -54,8 +54,8 @@ def energy_verdict(reports: Sequence[EnergyReport]) -> str:
             continue
         more = "more" if against >= 0 else "less"
         told.append(
-            f"{other.name} took {figures(abs(against))} % {more} "
-            f"({figures(other.wh_per_km)} Wh/km)"
+            f"{other.name} took {figures(abs(against), 2)} % {more} "
+            f"({figures(other.wh_per_km, 4)} Wh/km)"
         )
     return "; ".join([text, *told]) + "."
 

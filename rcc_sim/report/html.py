@@ -108,7 +108,7 @@ def _sections(report: Report, charts: Markup) -> dict[str, Markup]:
     )
     return {
         "totals": html_energy.totals(report),
-        "time": section("time", title, charts, long=True),
+        "time": section("time", title, charts),
         "energy": energy,
         "driving": html_energy.driving(report),
         "where": html_energy.where(report),
@@ -149,6 +149,6 @@ def _figures(report: Report) -> list[tuple[str, str, str]]:
         word = f"{percent(low)} to {percent(high)}" if None not in (low, high) else ""
         found.append(("Explained", percent(shrink["explained"]), word))
     for drive in report.energy[:4] if not energy else ():
-        per_km = f"{figures(drive.wh_per_km)} Wh/km"
-        found.append((drive.name, per_km, f"{figures(drive.energy_wh)} Wh"))
+        per_km = f"{figures(drive.wh_per_km, 4)} Wh/km"
+        found.append((drive.name, per_km, f"{figures(drive.energy_wh, 4)} Wh"))
     return found

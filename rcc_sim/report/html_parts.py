@@ -22,7 +22,7 @@ class Column:
     number: bool = False
 
 
-def section(name: str, title: str, *content: object, long: bool = False) -> Markup:
+def section(name: str, title: str, *content: object) -> Markup:
     """Return a section with a heading; nothing if it has no content."""
     if not any(content):
         return Markup("")
@@ -31,7 +31,6 @@ def section(name: str, title: str, *content: object, long: bool = False) -> Mark
         tag("h2", title),
         *content,
         id=name,
-        class_="long" if long else None,
     )
 
 

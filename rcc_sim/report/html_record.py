@@ -34,7 +34,7 @@ def log_check(report: Report) -> Markup:
         Column("What rccsim does", "action"),
     )
     content = table(columns, rows) or tag("p", "Nothing found.")
-    return section("check", "Is the log sound?", content, long=True)
+    return section("check", "Is the log sound?", content)
 
 
 def vehicle_diff(report: Report) -> Markup:

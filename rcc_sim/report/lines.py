@@ -12,16 +12,16 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-WHOLE = 1_500_000
+WHOLE = 1_800_000
 """Points that a page holds of lines on the log's own rows."""
 
-THINNED = 400_000
+THINNED = 500_000
 """Points that a page holds where there are more: each then brings its own time."""
 
 LEVELS = 65534
 """Steps in which a line's own range is told; one more code says "no value"."""
 
-WIDTH, HEIGHT, COLUMNS = 2000, 400, 500
+WIDTH, HEIGHT, COLUMNS = 2000, 400, 600
 """Of a chart's own coordinates, and the columns that a path is drawn in."""
 
 ROUND = (1, 2, 2.5, 5, 10)
@@ -51,16 +51,14 @@ def extremes(x: Array, y: Array, most: int) -> tuple[Array, Array]:
     """
     if len(x) <= most:
         return x, y
-    starts = np.linspace(0, len(x), max(most // 2, 2), endpoint=False).astype(np.intp)
-    ends = np.append(starts[1:], len(x))
-    keep = {0, len(x) - 1}
-    for a, b in zip(starts.tolist(), ends.tolist(), strict=True):
-        part = y[a:b]
-        if np.isnan(part).all():
-            keep.add(a)
-        else:
-            keep.update((a + int(np.nanargmin(part)), a + int(np.nanargmax(part))))
-    rows = np.array(sorted(keep), dtype=np.intp)
+    size = -(-len(x) // max(most // 2, 2))
+    blocks = np.full(-(-len(x) // size) * size, np.nan)
+    blocks[: len(y)] = y
+    blocks = blocks.reshape(-1, size)
+    starts = np.arange(0, len(x), size)
+    low = starts + np.where(np.isnan(blocks), np.inf, blocks).argmin(1)
+    high = starts + np.where(np.isnan(blocks), -np.inf, blocks).argmax(1)
+    rows = np.unique(np.concatenate([[0], low, high, [len(x) - 1]]))
     return x[rows], y[rows]
 
 
@@ -78,20 +76,12 @@ def bounds(lines: list[Line]) -> tuple[float, float]:
 
 
 def path(line: Line, span: tuple[float, float], reach: tuple[float, float]) -> str:
-    """Return a line as an SVG path over COLUMNS; each column spans all its values."""
-    x, y = line.x, line.y
-    if not len(x):
+    """Return a line as an SVG path; each of COLUMNS keeps its least and greatest."""
+    if not len(line.x):
         return ""
+    x, y = extremes(line.x, line.y, 2 * COLUMNS)
     scale = WIDTH / ((span[1] - span[0]) or 1.0)
-    if len(x) <= 2 * COLUMNS:
-        return _through((x - span[0]) * scale, _down(y, reach))
-    column = np.clip((x - span[0]) * (COLUMNS * scale / WIDTH), 0, COLUMNS - 1)
-    first = np.flatnonzero(np.diff(column.astype(np.intp), prepend=-1))
-    centre = (column[first].astype(np.intp) + 0.5) * (WIDTH / COLUMNS)
-    low, high = np.fmin.reduceat(y, first), np.fmax.reduceat(y, first)
-    return _through(
-        np.repeat(centre, 2), _down(np.stack([low, high], 1).ravel(), reach)
-    )
+    return _through((x - span[0]) * scale, _down(y, reach))
 
 
 def _down(y: Array, reach: tuple[float, float]) -> Array:

@@ -1,7 +1,7 @@
 "use strict";
 // Draws the charts again at any zoom. Without it the page still shows all of them whole.
 (() => {
-  const WIDTH = 2000, HEIGHT = 400, COLUMNS = 500, MARGIN = 0.05, FLAT = 1e-6, EMPTY = 65535;
+  const WIDTH = 2000, HEIGHT = 400, COLUMNS = 600, MARGIN = 0.05, FLAT = 1e-6, EMPTY = 65535;
   const holder = document.getElementById("charts");
 
   // Theme: as the system says, until the button is pressed.
@@ -67,7 +67,7 @@
     return [low - room, high + room];
   }
 
-  // Every pixel column spans all values in it, so that no spike is lost.
+  // Every column keeps its least and its greatest value, so that no spike is lost.
   function path(line, bounds) {
     const a = Math.max(row(line.x, view[0]) - 1, 0);
     const b = Math.min(row(line.x, view[1]) + 1, line.x.length);
@@ -86,23 +86,23 @@
       }
       return words.join("");
     }
-    let column = -1, low = NaN, high = NaN;
+    let column = -1, low = -1, high = -1;
+    const put = (i) => to((line.x[i] - view[0]) * across, value(line, i));
     const end = () => {
-      if (Number.isNaN(low)) { pen = "M"; return; }
-      const x = (column + 0.5) * (WIDTH / COLUMNS);
-      to(x, low);
-      if (high !== low) to(x, high);
+      if (low < 0) { pen = "M"; return; }
+      put(Math.min(low, high));
+      if (high !== low) put(Math.max(low, high));
     };
     for (let i = a; i < b; i++) {
       const place = (line.x[i] - view[0]) * across * (COLUMNS / WIDTH);
       const c = Math.min(Math.max(Math.floor(place), 0), COLUMNS - 1);
       if (c !== column) {
         if (column >= 0) end();
-        column = c; low = high = NaN;
+        column = c; low = high = -1;
       }
-      const v = value(line, i);
-      if (!(v >= low)) low = Number.isNaN(v) ? low : v;
-      if (!(v <= high)) high = Number.isNaN(v) ? high : v;
+      if (line.codes[i] === EMPTY) continue;
+      if (low < 0 || line.codes[i] < line.codes[low]) low = i;
+      if (high < 0 || line.codes[i] > line.codes[high]) high = i;
     }
     if (column >= 0) end();
     return words.join("");

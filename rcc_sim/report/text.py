@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import html
+from collections.abc import Sequence
+from itertools import pairwise
 
 VOID = frozenset({"br", "hr", "input", "meta"})
 """HTML elements that hold nothing."""
@@ -75,3 +77,29 @@ def percent(share: object, digits: int = 2) -> str:
         return f"< {LEAST:g} %"
     text = f"{value:.0f}" if abs(value) >= 10 else f"{value:.{digits}g}"
     return f"{text} %".replace("-", "−")
+
+
+BARS = "▁▂▃▄▅▆▇█"
+"""Heights of a sparkline, least first."""
+
+
+def sparkline(values: Sequence[float], width: int) -> str:
+    """Return values as one line of bars, each the largest of its stretch.
+
+    The least value is the lowest bar and the largest the highest; a stretch without a
+    value is a space.
+
+    >>> sparkline([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0], 8)
+    '▁▂▃▄▅▆▇█'
+    """
+    good = [v for v in values if v == v]
+    if not good or width < 1:
+        return ""
+    low, size = min(good), (max(good) - min(good)) or 1.0
+    count = min(width, len(values))
+    edges = [k * len(values) // count for k in range(count + 1)]
+    told = ""
+    for a, b in pairwise(edges):
+        part = [v for v in values[a:b] if v == v]
+        told += BARS[int((max(part) - low) / size * 7.999)] if part else " "
+    return told

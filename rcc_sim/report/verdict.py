@@ -56,12 +56,15 @@ def _gap(energy: Mapping[str, Any]) -> str:
 
 def _place(where: Mapping[str, Any]) -> str:
     told = []
-    for kind, word in (("regimes", "regime"), ("stages", "stage")):
+    for kind, key, words in (
+        ("regimes", "regime", "{share} of it in {name}"),
+        ("stages", "stage", "{share} of it in the {name} stage"),
+    ):
         rows = [r for r in where.get(kind) or [] if r.get("share") is not None]
         if rows:
             most = max(rows, key=lambda r: abs(r["share"]))
-            name = str(most[word]).replace("_", " ")
-            told.append(f"{percent(most['share'])} of it in {word} {name}")
+            name = str(most[key]).replace("_", " ")
+            told.append(words.format(share=percent(most["share"]), name=name))
     return ", ".join(told)
 
 

@@ -56,7 +56,7 @@ def test_a_drawn_path_reaches_every_spike(seed):
     )
     across, down = np.array(points, dtype=float).T
     top = across[np.argmin(down)]
-    assert abs(top - x[row] / x[-1] * WIDTH) <= WIDTH / 500
+    assert abs(top - x[row] / x[-1] * WIDTH) <= 1
     assert down.min() == pytest.approx(HEIGHT * 0.05 / 1.1, abs=1)
 
 

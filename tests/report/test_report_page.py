@@ -175,7 +175,10 @@ def test_a_page_with_parts_missing_is_still_whole(part):
 def test_gap_alone_has_a_verdict_and_its_place(report):
     where = report.diagnosis["where"]
     verdict = verdict_of({"where": where})
-    assert "15.9 % more" in verdict and "71 % of it in regime cruise" in verdict
+    assert (
+        "15.9 % more" in verdict
+        and "71 % of it in cruise, 92 % of it in the mechanical stage" in verdict
+    )
     read = Reader(page(Report("gap", diagnosis={"where": where})))
     assert verdict in read.text and "What it is" not in read.text
 
