@@ -52,9 +52,9 @@ def extremes(x: Array, y: Array, most: int) -> tuple[Array, Array]:
     if len(x) <= most:
         return x, y
     size = -(-len(x) // max(most // 2, 2))
-    blocks = np.full(-(-len(x) // size) * size, np.nan)
-    blocks[: len(y)] = y
-    blocks = blocks.reshape(-1, size)
+    padded = np.full(-(-len(x) // size) * size, np.nan)
+    padded[: len(y)] = y
+    blocks = padded.reshape(-1, size)
     starts = np.arange(0, len(x), size)
     low = starts + np.where(np.isnan(blocks), np.inf, blocks).argmin(1)
     high = starts + np.where(np.isnan(blocks), -np.inf, blocks).argmax(1)
