@@ -32,13 +32,13 @@ from rcc_sim.analyse.gap_replays import (
     predicted,
     tolerances,
 )
-from rcc_sim.analyse.gap_stages import StageGap, stage_gaps
+from rcc_sim.analyse.gap_stages import StageGap, stage_gaps, untorqued
 from rcc_sim.analyse.gap_windows import Window, windows
 from rcc_sim.analyse.logcheck.finding import Finding
 from rcc_sim.analyse.logged import COMPARED, Logged
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
-from rcc_sim.simulate.replay import Drive, drive_of, has
+from rcc_sim.simulate.replay import Drive, drive_of, has, is_imposed
 from rcc_sim.trace import Trace
 from rcc_sim.units import J_PER_WH
 
@@ -130,8 +130,11 @@ def gap(
         If nothing drives the model, or it predicts nothing that the log holds.
     """
     log = logged.log
+    _refuse_unusable(logged, vehicle)
     drive = drive_of(log, vehicle, window or _window(log))
-    names = tuple(dict.fromkeys((*USED,)))
+    if drive.imposed:  # power follows from the motion, not from the torque logged
+        drive = untorqued(drive)
+    names = USED
     tell = progress or (lambda share: None)
     simulated = predicted(
         vehicle, drive, names, progress=lambda share: tell(0.3 * share)
@@ -187,6 +190,20 @@ def gap(
         log,
         simulated,
     )
+
+
+def _refuse_unusable(logged: Logged, vehicle: Vehicle) -> None:
+    """Say why the speed is missing that would have to drive the model."""
+    log = logged.log
+    if not is_imposed(log, vehicle) or has(log, "speed_mps"):
+        return
+    for finding in logged.findings:
+        if finding.channel == "speed_mps" and finding.severity == "error":
+            raise InputError(
+                f"{log.name}: speed_mps: {finding.what}",
+                "the motion has to drive the model, for the log holds no commands "
+                f"that {vehicle.name} obeys; {finding.action}",
+            )
 
 
 def _window(log: Trace) -> float:

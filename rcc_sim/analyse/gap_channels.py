@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rcc_sim.analyse.iso18571 import rating
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.simulate.smooth import sensor_noise
 from rcc_sim.trace import Trace
@@ -20,6 +21,9 @@ MEMORY = 10.0
 
 SAMPLE = 200_000
 """Rows from which the size of a noise is judged."""
+
+FEWEST = 20
+"""Points without which it has none."""
 
 RATED = 800
 """Points that a channel is thinned to for its ISO score."""
@@ -55,7 +59,7 @@ class ChannelGap:
     theil : Theil or None
         None where the two do not differ.
     score : float or None
-        ISO/TS 18571; None where its package is missing or the channel is unsuited.
+        Rating of ISO/TS 18571; None where the channel is constant or too short.
     """
 
     channel: str
@@ -120,21 +124,12 @@ def theil(measured: Array, simulated: Array) -> Theil | None:
 
 def iso_score(measured: Array, simulated: Array) -> float | None:
     """Return the rating of ISO/TS 18571, thinned by means; None where it has none."""
-    if min(np.ptp(measured), np.ptp(simulated), len(measured) - 20) <= 0:
-        return None
-    try:
-        from objective_rating_metrics.rating import ISO18571
-    except ImportError:
-        return None
     size = -(-len(measured) // RATED)
     rows = len(measured) // size
     m, s = (x[: rows * size].reshape(rows, size).mean(1) for x in (measured, simulated))
-    if min(np.ptp(m), np.ptp(s)) <= 0:
+    if rows < FEWEST or min(np.ptp(m), np.ptp(s)) <= 0:
         return None
-    t = np.arange(rows, dtype=float)
-    rating = ISO18571(np.column_stack([t, m]), np.column_stack([t, s]), dt=1.0)
-    score = float(rating.overall_rating())
-    return score if np.isfinite(score) else None
+    return rating(m, s)
 
 
 def noise_of(

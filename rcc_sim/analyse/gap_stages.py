@@ -71,13 +71,7 @@ def stage_gaps(
     torque = shaft_torque(log.columns, vehicle)
     rest = "mechanical" if not at_battery else "mechanical and electrical"
     if at_battery and torque is not None and now.imposed:
-        speed, current, yaw_rate, _ = now.measured
-        levels.append(
-            (
-                "mechanical",
-                power(replace(now, measured=(speed, current, yaw_rate, torque))),
-            )
-        )
+        levels.append(("mechanical", power(torqued(now, torque))))
         rest = "electrical"
     if not now.imposed:
         rest = f"control, {rest}"
@@ -95,19 +89,30 @@ def stage_gaps(
     ]
 
 
+def untorqued(drive: Drive) -> Drive:
+    """Return the drive without the torque that was measured."""
+    return torqued(drive, np.full(len(drive.time), np.nan))
+
+
+def torqued(drive: Drive, torque: Array) -> Drive:
+    """Return the drive with another measured torque. [N m]"""
+    speed, current, yaw_rate, _, accel = drive.measured
+    return replace(drive, measured=(speed, current, yaw_rate, torque, accel))
+
+
 def _moved(log: Trace, vehicle: Vehicle, drive: Drive) -> Drive:
     """Return the drive with its measured motion imposed, its commands forgotten."""
     kept = {n: values for n, values in log.columns.items() if n not in DRIVEN}
-    kept.pop("motor_torque_nm", None)
-    return drive_of(Trace(kept, name=log.name), vehicle, window=drive.window)
+    moved = drive_of(Trace(kept, name=log.name), vehicle, window=drive.window)
+    return untorqued(moved)
 
 
 def _yawed(drive: Drive, rows: int) -> Drive:
     """Return the drive with its measured yaw rate in place of its steering."""
-    speed, current, yaw_rate, torque = drive.measured
+    speed, current, yaw_rate, torque, accel = drive.measured
     calm = moving_mean(yaw_rate, rows)
     still = speed < 0.02 * float(np.max(speed))
     if still.any():
         calm = calm - float(np.median(calm[still]))
-    measured = (speed, current, np.ascontiguousarray(calm), torque)
+    measured = (speed, current, np.ascontiguousarray(calm), torque, accel)
     return replace(drive, steered=False, measured=measured)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import zip_longest
 from math import inf
 
 import numpy as np
@@ -22,6 +23,9 @@ REFINED = 6
 ENOUGH = 15.0
 """Nats that a cause must gain, by the noise before and after it alike."""
 
+ENOUGH_MORE = 22.0
+"""Nats that a further cause must."""
+
 PROFILE_ENOUGH = 30.0
 """Nats that a profile must gain; it must beat a constant by half of this."""
 
@@ -39,8 +43,13 @@ TIED = 3.0
 LESS_LIKELY = {"iron_loss": 4.0}
 """Nats that an effect starts behind: one of two figures that do as another effect."""
 
-UNLIKE = 5.0
-"""Nats by which something unknown must beat a profile to stand in its place."""
+TOO_FAR = 3.0
+"""Standard deviations by which a tolerance may be pulled before it is taken back."""
+
+UNLIKE = {"road_grade": 0.85, "auxiliary_load": 0.97}
+"""Share of the nats of an unknown profile that a named one must gain to stand: a hill
+and an unknown drag differ by the accelerometer alone and by their knots; a heater and
+a drag differ by the speed, and in the motor's current."""
 
 MOST_CAUSES = 4
 PROFILES = {
@@ -134,12 +143,14 @@ def compete(
         told(f"screening for cause {turn + 1}")
         taken = {c.effect for c in causes}
         free = [c for c in candidates if c.effect not in taken]
-        screen = Screen(engine, current)
-        found = sorted(engine.pool.map(screen.best, free), key=lambda r: -r.gain)
+        starts = [current]
+        if (back := within_reach(engine, current)) is not None:
+            starts.append(back)
+        found = screened(engine, starts, free)
         if not ranking:
-            ranking = {r.candidate.effect: r.gain for r in found}
+            ranking = {r.candidate.effect: r.gain for r, _ in reversed(found)}
         told(f"refining cause {turn + 1}")
-        refined = refine(engine, current, [r for r in found[:REFINED] if r.gain > 1])
+        refined = refine(engine, current, found[: REFINED * len(starts)])
         if not causes:
             ranking |= {r.screened.candidate.effect: r.gain for r in refined}
         best = refined[0] if refined else None
@@ -151,7 +162,8 @@ def compete(
             PROFILE_ENOUGH, constant + PROFILE_ENOUGH / 2, needed
         ):
             ranking[varying.effect] = max(ranking.get(varying.effect, 0), varying.gain)
-            if varying.gain > remainder(engine, current).evidence - UNLIKE:
+            left = remainder(engine, current).evidence
+            if varying.gain > UNLIKE[varying.effect] * left:
                 engine, current = with_profile(engine, current, varying)
                 causes.append(varying)
                 continue
@@ -159,8 +171,36 @@ def compete(
             break
         causes.append(cause_of(best, refined))
         current = engine.fit(best.fit.values, best.fit.knobs)
+    told("leaving out what is not needed")
+    causes, current = without_idle(engine, causes, current)
     causes.sort(key=lambda c: -c.gain)
     return Explanation(engine, null, current, tuple(causes), ranking)
+
+
+def without_idle(
+    engine: Engine, causes: list[Cause], fit: Fit
+) -> tuple[list[Cause], Fit]:
+    """Drop each cause without which the others, fitted anew, do as well."""
+    for cause in [c for c in causes if not c.profiles]:
+        if len(causes) < 2:
+            break
+        kept = [
+            (j, k)
+            for j, k in zip(fit.signals, fit.knobs, strict=True)
+            if k.key not in cause.keys
+        ]
+        start = {k: x for k, x in fit.values.items() if k not in cause.keys}
+        less = engine.fit(
+            start,
+            [k for _, k in kept],
+            noise=fit.noise,
+            signals=[j for j, _ in kept],
+            rounds=3,
+        )
+        if fit.score - less.score < ENOUGH_MORE:
+            causes = [c for c in causes if c is not cause]
+            fit = engine.fit(less.values, less.knobs)
+    return causes, fit
 
 
 def needed_gain(causes: Sequence[Cause]) -> float:
@@ -169,36 +209,77 @@ def needed_gain(causes: Sequence[Cause]) -> float:
         c.gain * (PROFILE_MISFIT if c.profiles else MISFIT * c.sharpened)
         for c in causes
     )
-    return max(ENOUGH, *misfits, 0.0)
+    return max(ENOUGH_MORE if causes else ENOUGH, *misfits, 0.0)
 
 
-def refine(engine: Engine, base: Fit, found: Sequence[Screened]) -> list[Refined]:
+def screened(
+    engine: Engine, starts: Sequence[Fit], candidates: Sequence[Candidate]
+) -> list[tuple[Screened, Fit]]:
+    """Screen candidates around each start; best first, the starts in turn."""
+    each = []
+    for start in starts:
+        screen = Screen(engine, start)
+        found = sorted(engine.pool.map(screen.best, candidates), key=lambda r: -r.gain)
+        each.append([(r, start) for r in found if r.gain > 1 or len(starts) == 1])
+    return [pair for turn in zip_longest(*each) for pair in turn if pair is not None]
+
+
+def within_reach(engine: Engine, fit: Fit) -> Fit | None:
+    """Return a fit whose tolerances are back within an sd, where any went too far.
+
+    A tolerance that was pulled far stands for a cause; candidates that act on the same
+    figure show their worth only once it has let go.
+    """
+    pulls = {k: (fit.values[k.key] - k.value) / k.sd for k in fit.knobs if k.sd < inf}
+    if max(map(abs, pulls.values()), default=0.0) < TOO_FAR:
+        return None
+    moved = {k.key: k.value + k.sd * min(max(x, -1.0), 1.0) for k, x in pulls.items()}
+    back = engine.evaluate(fit.values | moved, fit.knobs, fit.noise)
+    return replace(back, signals=fit.signals, information=fit.information)
+
+
+def refine(
+    engine: Engine, base: Fit, found: Sequence[tuple[Screened, Fit]]
+) -> list[Refined]:
     """Refine candidates, by the noise of the base and by that of the best; best first.
 
     The noise that the base leaves holds what it misses; that of the best candidate
     shows the others in a sharper light. A gain counts if it holds by both.
     """
+    found = [(r, start) for r, start in found if r.gain > 1]
     if not found:
         return []
+    handicap = [LESS_LIKELY.get(r.candidate.effect, 0.0) for r, _ in found]
 
-    def fitted(base: Fit, noise: list[Whitener]) -> Callable[[Screened], Fit]:
-        return lambda r: with_effect(engine, base, r, noise)
+    def by(noise: list[Whitener], pairs: Sequence[tuple[Screened, Fit]]) -> list[Fit]:
+        def one(pair: tuple[Screened, Fit]) -> Fit:
+            return with_effect(engine, pair[1], pair[0], noise)
 
-    fits = list(engine.pool.map(fitted(base, base.noise), found))
-    handicap = [LESS_LIKELY.get(r.candidate.effect, 0.0) for r in found]
+        return list(engine.pool.map(one, pairs))
+
+    fits = by(base.noise, found)
     before = [f.score - base.score - h for f, h in zip(fits, handicap, strict=True)]
     noise = engine.learn_noise(fits[int(np.argmax(before))].residuals)
     again = engine.fit(
         base.values, base.knobs, noise=noise, signals=base.signals, rounds=3
     )
     moved = [
-        replace(r, values={k: f.values[k] for k in r.values})
-        for r, f in zip(found, fits, strict=True)
+        (
+            replace(r, values={k: f.values[k] for k in r.values}),
+            replace(f, knobs=base.knobs, signals=base.signals),
+        )
+        for (r, _), f in zip(found, fits, strict=True)
     ]
-    fits = list(engine.pool.map(fitted(again, noise), moved))
+    fits = by(noise, moved)
     after = [f.score - again.score - h for f, h in zip(fits, handicap, strict=True)]
-    every = zip(moved, fits, before, after, strict=True)
-    return sorted((Refined(*one) for one in every), key=lambda r: -r.after)
+    every = zip((r for r, _ in moved), fits, before, after, strict=True)
+    refined = sorted((Refined(*one) for one in every), key=lambda r: -r.after)
+    seen: set[str] = set()
+    return [
+        r
+        for r in refined
+        if not ((name := r.screened.candidate.effect) in seen or seen.add(name))
+    ]
 
 
 def with_effect(

@@ -20,6 +20,8 @@ SENSOR_BIAS = 0.5
 CURRENT_LOOP_LAG = 0.003
 """Lag that any current loop may have; bandwidths are 50 Hz to some kHz. [s]"""
 
+RADIUS = "effects.wheel_radius.scale"
+
 CALM_PARTS = 30
 
 
@@ -63,7 +65,11 @@ def tolerance_knobs(problem: Problem) -> list[Knob]:
         sd = figure.sd
         if not sd and figure.low is not None and figure.high is not None:
             sd = (figure.high - figure.low) / (2 * Z_90)
-        if sd > 0:
+        if sd > 0 and key == "tyres.radius_m":
+            # what was logged came about by the file's radius: the true one differs
+            if RADIUS not in problem.vehicle.figures():
+                knobs.append(Knob(RADIUS, 1.0, sd / figure.value, low=0.5))
+        elif sd > 0:
             low = 0.05 * figure.value if figure.value > 0 else -inf
             knobs.append(Knob(key, figure.value, sd, low=low))
     return knobs

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.diagnose.engine import Engine, Fit
+from rcc_sim.diagnose.engine import MEMORY, Engine, Fit
 from rcc_sim.diagnose.profile import Probe, Profile, probe_size
 
 Array = NDArray[np.float64]
@@ -24,11 +24,14 @@ CARRIERS = {
 """How something unknown may act: as a drag, a power, an angle of the wheels."""
 
 FOLLOWS = {
-    "time_s": 50,
-    "speed_mps": 16,
-    "steer_cmd_rad": 16,
+    "time_s": (25, 40, 100),
+    "speed_mps": (16,),
+    "steer_cmd_rad": (16,),
 }
 """What it may follow, and by how many knots."""
+
+WINDOWS = 50
+"""Stretches of a log below a quarter of which gaps between windows are closed."""
 
 
 @dataclass(frozen=True)
@@ -71,13 +74,18 @@ def remainder(engine: Engine, fit: Fit) -> Remainder:
             continue
         probe = Probe(engine, fit, key, probe_size(engine, key))
         for i, problem in enumerate(engine.problems):
-            for along, count in FOLLOWS.items():
+            for along, counts in FOLLOWS.items():
                 x = problem.speed if along == "speed_mps" else None
                 if x is None:
                     if along not in problem.log:
                         continue
                     x = problem.log[along]
-                profile = probe.profile(i, along, np.nan_to_num(x), count)
+                x = np.nan_to_num(x)
+                if along == "time_s":  # no finer than the noise remembers
+                    most = int((x[-1] - x[0]) / MEMORY) + 1
+                    counts = tuple(n for n in counts if n <= max(most, counts[0]))
+                tried = [probe.profile(i, along, x, count) for count in counts]
+                profile = max(tried, key=lambda p: p.evidence)
                 if profile.evidence > best.evidence:
                     found = windows_of(probe, i, profile, x)
                     best = Remainder(
@@ -101,7 +109,7 @@ def windows_of(
         part[w.valid] = w(probe.signal[i] * profile.at(x)) ** 2
         power += part
         strongest = max(strongest, (float(part.sum()), probe.engine.tracks[i][1]))
-    gap = 2.0 * (time[-1] - time[0]) / FOLLOWS["time_s"]
+    gap = 2.0 * (time[-1] - time[0]) / WINDOWS
     edges = np.flatnonzero(np.diff(np.concatenate([[0], clear.astype(int), [0]])))
     spans: list[list[int]] = []
     for a, b in edges.reshape(-1, 2):

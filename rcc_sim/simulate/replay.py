@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.definitions.figure import Figure
-from rcc_sim.definitions.kernel import efficiency_map, force_table, kernel_params
+from rcc_sim.definitions.kernel import efficiency_map, force_table, kernel_params, road_of
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
 from rcc_sim.physics import params as schema
@@ -25,6 +25,7 @@ from rcc_sim.simulate.smooth import smoothed
 from rcc_sim.trace import Trace
 
 Array = NDArray[np.float64]
+Measured = tuple[Array, Array, Array, Array, Array]
 
 STEP = 0.01
 """Longest time step of an imposed run. [s]"""
@@ -54,8 +55,8 @@ class Drive:
     road : (distance, slope)
         Slope of the road [1] over distance from the first row [m].
     measured : tuple of ndarray
-        Speed [m/s], motor current [A], yaw rate [rad/s], motor torque [N m]; NaN where
-        not known.
+        Speed [m/s], motor current [A], yaw rate [rad/s], motor torque [N m], NaN where
+        not known; acceleration [m/s²] that bends the speed between the rows.
     window : float
         Time before a row over which flows are averaged. [s]
     start : float
@@ -69,7 +70,7 @@ class Drive:
     steered: bool
     commands: tuple[Array, Array, Array, Array]
     road: tuple[Array, Array]
-    measured: tuple[Array, Array, Array, Array, Array]
+    measured: Measured
     window: float
     start: float = 0.0
     distance: Array | None = None
@@ -173,7 +174,7 @@ def _step(time: Array) -> float:
     return interval / max(math.ceil(interval / STEP - 1e-6), 1)
 
 
-def as_true(vehicle: Vehicle, measured: tuple[Array, ...]) -> tuple[Array, ...]:
+def as_true(vehicle: Vehicle, measured: Measured) -> Measured:
     """Return what was measured as it was, by what the vehicle's sensors make of it.
 
     ``speed_mps`` is the motor's speed with the file's tyre radius.
@@ -241,7 +242,7 @@ def drive_of(
             _refuse(log, vehicle)
         felt = log["accel_x_mps2"] if has(log, "accel_x_mps2") else None
         speed, accel = smoothed(time, speed, felt, jerk)
-    road, distance = _road(log, time, speed)
+    road, distance = _road(log, vehicle, time, speed)
     ref, steer, throttle, aux, yaw_rate = (
         _whole(log, time, column)
         for column in (
@@ -287,14 +288,18 @@ def _whole(log: Trace, time: Array, column: str) -> Array:
 
 
 def _road(
-    log: Trace, time: Array, speed: Array
+    log: Trace, vehicle: Vehicle, time: Array, speed: Array
 ) -> tuple[tuple[Array, Array], Array | None]:
-    """Return the slope over distance that a log knows, and the distance at its rows."""
-    if not (has(log, "elevation_m") or has(log, "slope")):
+    """Return the slope over distance that log or file know, and the rows' distances."""
+    surveyed = has(log, "elevation_m") or has(log, "slope")
+    stated = None if surveyed else road_of(vehicle)
+    if not surveyed and stated is None:
         return (np.zeros(1), np.zeros(1)), None
     v = np.where(np.isfinite(speed), speed, 0.0)
     steps = 0.5 * (v[1:] + v[:-1]) * np.diff(time)
     distance = np.maximum.accumulate(np.concatenate([[0.0], np.cumsum(steps)]))
+    if stated is not None:
+        return stated, distance
     if has(log, "slope"):
         s, first = np.unique(distance, return_index=True)
         return (s, _whole(log, time, "slope")[first]), distance

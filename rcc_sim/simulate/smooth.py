@@ -29,6 +29,10 @@ TURNS = 0.25
 """Share of turning rows above which a channel is noisy; white noise turns at 2/3."""
 
 
+ROUNDING = 1e-9
+"""Share of a channel's size below which a difference is none."""
+
+
 def sensor_noise(x: Array) -> float:
     """Noise [unit of x] of a sampled signal, from its second differences.
 
@@ -39,9 +43,8 @@ def sensor_noise(x: Array) -> float:
     if len(d2) < 3:
         return 0.0
     noise = 1.4826 * float(np.median(np.abs(d2))) / np.sqrt(6)
-    steps = np.abs(
-        d2[np.abs(d2) > 1e-9 * max(float(np.abs(x[np.isfinite(x)]).max()), 1e-9)]
-    )
+    steps = np.abs(d2)
+    steps = steps[steps > ROUNDING * float(np.nanmax(np.abs(x)))]
     return max(noise, float(steps.min()) / 3 if len(steps) else 0.0)
 
 
@@ -57,7 +60,8 @@ def smoothed(
 ) -> tuple[Array, Array]:
     """Return speed [m/s] and acceleration [m/s²] without noise and without gaps.
 
-    A speed that is not noisy stays as it is; gaps are bridged in a straight line.
+    A speed that is not noisy stays as it is, straight from row to row (its
+    acceleration is then given as 0 and of no matter); so are gaps bridged.
 
     Parameters
     ----------
@@ -71,7 +75,7 @@ def smoothed(
     known = np.isfinite(speed)
     if not is_rough(speed):
         whole = np.interp(time, time[known], speed[known])
-        return whole, np.gradient(whole, time) if len(time) > 1 else 0 * whole
+        return whole, np.zeros(len(time))
     noise = max(sensor_noise(speed), 1e-6 * float(np.abs(speed[known]).max()))
     if jerk is None:
         jerk = chosen_jerk(time, speed, noise=noise, accel=accel)
@@ -115,7 +119,7 @@ def chosen_jerk(
 def smooth_speed(
     time: Array, speed: Array, *, noise: float, jerk: float, accel: Array | None = None
 ) -> tuple[Array, Array]:
-    r"""Speed [m/s] and acceleration [m/s²] of a drive whose acceleration changes seldom, but then freely.
+    r"""Speed [m/s], acceleration [m/s²] of a drive that changes it seldom but freely.
 
     The likeliest path of
 
