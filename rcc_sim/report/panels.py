@@ -80,8 +80,9 @@ class Charts:
     def tints(self) -> dict[str, int]:
         """Name of a regime -> number of its tint."""
         names = dict.fromkeys(span.name for span in self.regimes)
-        free = (k for k in range(len(names)))
-        return {n: KINDS[n] if n in KINDS else next(free) % TINTS for n in names}
+        others = [name for name in names if name not in KINDS]
+        free = {name: k % TINTS for k, name in enumerate(others)}
+        return {n: k for n, k in (KINDS | free).items() if n in names}
 
 
 def charts_of(report: Report) -> Charts | None:

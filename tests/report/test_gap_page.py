@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+import subprocess
+import sys
 from itertools import pairwise
 
 import numpy as np
@@ -16,6 +19,7 @@ from rcc_sim.analyse.gap_windows import Window
 from rcc_sim.report.findings import spans_of
 from rcc_sim.report.gap_page import gap_page
 from rcc_sim.report.html import page
+from rcc_sim.report.text import figures
 from rcc_sim.trace import Trace
 
 
@@ -57,6 +61,24 @@ def test_a_gap_has_its_verdict_doubt_and_place_on_the_page(gap):
     ):
         assert words in text
     assert "simulated before" not in text  # there is no after
+
+
+@pytest.mark.slow
+def test_gap_writes_its_page_from_the_command_line(tmp_path):
+    def run(*words):
+        command = [sys.executable, "-m", "rcc_sim", *words]
+        done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    rolls = ("--with", "rolling_resistance:coefficient=0.02")
+    run("simulate", "rcc", "--cycle", "udds[20:60]", *rolls, "-o", "log.csv")
+    told = run("gap", "log.csv", "--vehicle", "rcc", "--html", "gap.html", "--json")
+    energy = json.loads(told)["energy"]
+    text = (tmp_path / "gap.html").read_text("utf-8")
+    assert f"{figures(energy['measured_wh'], 4)}" in text
+    assert f"{figures(energy['gap_percent'])} % more energy" in text
+    assert "rccsim gap log.csv --vehicle rcc --html gap.html --json" in text
 
 
 def test_spans_cover_the_log_once_and_name_each_row():
