@@ -29,7 +29,7 @@ To = Annotated[
 
 def register(app: typer.Typer) -> None:
     """Add the command and those under it to the app."""
-    example = "Example: rccsim plot cycle udds --from r1t --to rcc -o cycle.pdf"
+    example = "Example: rccsim plot effect rolling_resistance"
     app.add_typer(plot, name="plot", epilog=example, no_args_is_help=True)
 
 
@@ -41,7 +41,7 @@ def cycle(
     ],
     from_: From,
     to: To,
-    output: Into,
+    output: Into = Path("cycle.png"),
 ) -> None:
     """A drive cycle, actual and scaled, on one axis."""
     import sys
@@ -59,7 +59,7 @@ def cycle(
 @plot.command(epilog="Example: rccsim plot run straight.csv lanes.csv -o run.pdf")
 def run(
     traces: Annotated[list[str], typer.Argument(help="Traces of the same drive.")],
-    output: Into,
+    output: Into = Path("run.png"),
 ) -> None:
     """Drives over time: speed, current, power, steering; with and without lane changes.
 
@@ -75,7 +75,7 @@ def run(
 @plot.command(epilog="Example: rccsim plot pi rcc=small.csv r1t=large.csv -o pi.svg")
 def pi(
     traces: Annotated[list[str], typer.Argument(help="VEHICLE=TRACE, for each size.")],
-    output: Into,
+    output: Into = Path("pi.png"),
 ) -> None:
     """Drives of several sizes over each other, dimensionless by their π-groups."""
     from rcc_sim.definitions.vehicle import load_vehicle
@@ -95,7 +95,7 @@ def motor_map(
     vehicle: Annotated[
         str, typer.Argument(help="Whose motor.", autocompletion=vehicle_names)
     ],
-    output: Into,
+    output: Into = Path("motor-map.png"),
     against: Annotated[
         str | None,
         typer.Option(
@@ -130,7 +130,7 @@ def effect(
             help="Id, or a Python file of your own.", autocompletion=effect_names
         ),
     ],
-    output: Into,
+    output: Into = Path("effect.png"),
 ) -> None:
     """The signature of an effect: a reference drive without it and with it."""
     from rcc_sim.report.effect_plot import plot_effect
@@ -143,7 +143,7 @@ def gap(
     found: Annotated[
         str, typer.Argument(help="What gap or diagnose --json wrote; - is stdin.")
     ],
-    output: Into,
+    output: Into = Path("gap.png"),
 ) -> None:
     """Where a gap sits: energy by regime and by stage of the power chain."""
     from rcc_sim.report.figures import plot_gap
