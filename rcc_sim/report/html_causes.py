@@ -17,6 +17,9 @@ from rcc_sim.report.html_parts import (
 from rcc_sim.report.text import Markup, figures, joined, percent, tag
 from rcc_sim.units import unit_of
 
+SHOWN = 8
+"""Candidates that have a row; the others are named."""
+
 
 def causes(report: Report) -> Markup:
     """Return what the diagnosis asserts, and how the candidates rank."""
@@ -97,7 +100,7 @@ def _ranked(diagnosis: Mapping[str, Any]) -> Markup:
             if row.get("effect") in ties
             else "",
         }
-        for row in ranking
+        for row in ranking[:SHOWN]
     ]
     columns = (
         Column("Candidate", "effect"),
@@ -110,7 +113,9 @@ def _ranked(diagnosis: Mapping[str, Any]) -> Markup:
         "Probability that the effect acts, given this log; “unknown” stands for "
         "anything that is not in the library."
     )
-    return Markup(tag("h3", "All candidates") + table(columns, rows, told))
+    rest = ", ".join(effect_title(str(row.get("effect"))) for row in ranking[SHOWN:])
+    more = tag("p", f"Less probable: {rest}.", class_="note") if rest else ""
+    return Markup(tag("h3", "Candidates") + table(columns, rows, told) + more)
 
 
 def _left(diagnosis: Mapping[str, Any]) -> Markup:

@@ -13,6 +13,10 @@ SCALE = 1000.0
 """Width of a bar's own coordinates."""
 
 
+OTHERS = {"none": "no effect at all", "unknown": "something not in the library"}
+"""What competes with the effects -> what people call it."""
+
+
 @dataclass(frozen=True)
 class Column:
     """One column of a table: its heading, its key in the rows, and whether numeric."""
@@ -118,6 +122,8 @@ def cards(entries: Sequence[tuple[str, str, str]]) -> Markup:
 
 def effect_title(name: str) -> str:
     """Return what people call an effect; its id with spaces where it is not shipped."""
+    if name in OTHERS:
+        return OTHERS[name]
     return EFFECTS[name].title if name in EFFECTS else name.replace("_", " ")
 
 

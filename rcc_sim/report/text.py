@@ -75,7 +75,12 @@ def percent(share: object, digits: int = 2) -> str:
     value = 100 * float(share)
     if 0 < abs(value) < LEAST:
         return f"< {LEAST:g} %"
-    text = f"{value:.0f}" if abs(value) >= 10 else f"{value:.{digits}g}"
+    if 99.95 <= value < 100:
+        return "> 99.9 %"
+    if 99 <= abs(value) < 100:
+        text = f"{value:.1f}"
+    else:
+        text = f"{value:.0f}" if abs(value) >= 10 else f"{value:.{digits}g}"
     return f"{text} %".replace("-", "−")
 
 

@@ -210,6 +210,11 @@ def test_an_element_escapes_what_is_put_into_it():
     assert percent(0.00001) == "< 0.01 %" and percent(0.5) == "50 %"
 
 
+def test_a_probability_is_never_rounded_up_to_certainty():
+    told = [percent(p) for p in (0.995, 0.9999, 1.0, 0.99)]
+    assert told == ["99.5 %", "> 99.9 %", "100 %", "99.0 %"]
+
+
 def test_what_was_run_has_versions_and_hashes(tmp_path):
     import hashlib
 
