@@ -109,10 +109,7 @@ def _ranked(diagnosis: Mapping[str, Any]) -> Markup:
         Column("Explains", "explains", number=True),
         Column("Tie", "tie"),
     )
-    told = (
-        "Probability that the effect acts, given this log; “unknown” stands for "
-        "anything that is not in the library."
-    )
+    told = "Probability that the effect acts, given this log and the stated doubt."
     rest = ", ".join(effect_title(str(row.get("effect"))) for row in ranking[SHOWN:])
     more = tag("p", f"Less probable: {rest}.", class_="note") if rest else ""
     return Markup(tag("h3", "Candidates") + table(columns, rows, told) + more)
@@ -165,10 +162,7 @@ def held_out(report: Report) -> Markup:
         if shrink.get("held_out")
         else "Judged on the same data as fitted: no proof."
     )
-    told = (
-        seen + " Mean square error beyond noise, all channels in units of their noise"
-    )
-    told += ", as a share of what it was before."
+    told = seen + " Mean square error beyond noise, channels in units of their noise."
     if shrink.get("explained") is not None:
         told += f" Explained: {percent(shrink['explained'])}"
         if shrink.get("low") is not None and shrink.get("high") is not None:
