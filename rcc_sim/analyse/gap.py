@@ -53,6 +53,12 @@ SLOW = 0.4
 AVERAGED = 10.0
 """Times of the vehicle's own over which a window's difference is averaged. [1]"""
 
+FINEST = 1e-3
+"""Share of a channel's size below which no difference is a window. [1]"""
+
+POWERS = ("battery_power_w", "motor_torque_nm", "motor_speed_radps")
+"""Columns from which a simulated power follows."""
+
 USED = (*COMPARED, "motor_speed_radps")
 
 
@@ -156,7 +162,11 @@ def gap(
         gaps.append(
             channel_gap(name, log[name], simulated[name], ok, noise=noise, band=band)
         )
-        sizes[name] = np.hypot(noise[0], np.broadcast_to(band, len(log)))
+        least = FINEST * float(np.sqrt(np.mean(log[name][ok] ** 2)))
+        size = np.maximum(np.hypot(noise[0], band), least)
+        sizes[name] = np.broadcast_to(size, len(log))
+    when = tuple(windows(log["time_s"], compared, sizes, memory))
+    del compared, sizes  # a long log's are large
     energy, measured, weights = _energy(log, vehicle, drive, simulated, moved)
     power = None if measured is None else measured - _simulated(energy, simulated)
     tell(0.85)
@@ -167,7 +177,7 @@ def gap(
             log,
             vehicle,
             drive,
-            lambda d: _simulated(energy, predicted(vehicle, d, names)),
+            lambda d: _simulated(energy, predicted(vehicle, d, POWERS)),
             simulated=_simulated(energy, simulated),
             measured=measured,
             weights=weights,
@@ -183,7 +193,7 @@ def gap(
         tuple(gaps),
         tuple(regime_gaps(kinds, log["time_s"], power, weights)),
         tuple(stages),
-        tuple(windows(log["time_s"], compared, sizes, memory)),
+        when,
         logged.findings,
         _notes(log, drive, energy, gaps, moved, vehicle),
         kinds,
@@ -229,8 +239,7 @@ def _channels(log: Trace, drive: Drive, simulated: dict[str, Array]) -> tuple[st
 
 
 def _powers(simulated: dict[str, Array]) -> list[str]:
-    extra = ("battery_power_w", "motor_torque_nm", "motor_speed_radps")
-    return [name for name in extra if name in simulated]
+    return [name for name in POWERS if name in simulated]
 
 
 def _kinds(
@@ -323,10 +332,9 @@ def _step_error(
     vehicle: Vehicle, drive: Drive, energy: EnergyGap, model: Array, weights: Array
 ) -> float:
     """Return what half the time step does to the energy [Wh]; a long log's in part."""
-    rows = slice(0, min(len(model), PIECE // 4))
-    columns = ("battery_power_w", "motor_torque_nm", "motor_speed_radps")
+    rows = slice(0, min(len(model), PIECE))
     part = drive if rows.stop == len(model) else drive.part(rows)
-    fine = _simulated(energy, predicted(vehicle, part, columns, substeps=2))
+    fine = _simulated(energy, predicted(vehicle, part, POWERS, substeps=2))
     change = np.where(weights[rows] > 0, fine - model[rows], 0.0) * weights[rows]
     whole = float(weights.sum() / max(weights[rows].sum(), 1e-30))
     return abs(float(change.sum())) * whole / J_PER_WH

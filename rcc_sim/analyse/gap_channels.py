@@ -22,6 +22,9 @@ MEMORY = 10.0
 SAMPLE = 200_000
 """Rows from which the size of a noise is judged."""
 
+CALM = 20
+"""Stretches of a drive of which the calmer ones tell its noise."""
+
 FEWEST = 20
 """Points without which it has none."""
 
@@ -164,15 +167,18 @@ def noise_of(
 def wander(residual: Array, memory: int) -> float:
     """Return how far a difference strays at random within some rows.
 
-    Half the variance of its change over 1, 2, 4 … rows, by the median, so that what
-    happens seldom, or stays, does not count; the largest.
+    Half the variance of its change over 1, 2, 4 … rows, the largest; by the median
+    within each of :data:`CALM` stretches and the lower quartile of these, for a road
+    is rough throughout, while what a wrong model does comes and goes.
     """
     size, lag = 0.0, 1
-    while lag <= max(memory, 1) and lag < len(residual) // 4:
-        change = residual[lag:] - residual[:-lag]
-        change = change[np.isfinite(change)]
-        if len(change) > 10:
-            size = max(size, 1.4826 * float(np.median(np.abs(change))) / np.sqrt(2))
+    while lag <= max(memory, 1) and lag < len(residual) // (2 * CALM):
+        change = np.abs(residual[lag:] - residual[:-lag])
+        parts = [part[np.isfinite(part)] for part in np.array_split(change, CALM)]
+        middles = [float(np.median(part)) for part in parts if len(part) > 10]
+        if middles:
+            calm = float(np.quantile(middles, 0.25))
+            size = max(size, 1.4826 * calm / float(np.sqrt(2)))
         lag *= 2
     return size
 

@@ -16,7 +16,7 @@ from rcc_sim.simulate.replay import Drive, replay
 Array = NDArray[np.float64]
 Progress = Callable[[float], None]
 
-PIECE = 250_000
+PIECE = 100_000
 """Rows that are replayed at once; a longer drive goes in pieces."""
 
 RUN_IN = 30.0
@@ -47,19 +47,23 @@ def predicted(
         out = replay(vehicle, drive, substeps=substeps)
         return {name: out[name] for name in columns if name in out}
     pieces = list(_pieces(drive.time))
+    whole: dict[str, Array] = {}
 
-    def one(piece: tuple[int, int, int]) -> dict[str, Array]:
+    def one(piece: tuple[int, int, int]) -> None:
         low, start, end = piece
         out = replay(vehicle, drive.part(slice(low, end)), substeps=substeps)
-        return {c: out[c][start - low :].copy() for c in columns if c in out}
+        for name in columns:
+            if name in out:
+                whole.setdefault(name, np.empty(n))[start:end] = out[name][
+                    start - low :
+                ]
 
-    parts = []
+    one(pieces[0])
     with ThreadPoolExecutor(CORES) as pool:
-        for done, part in enumerate(pool.map(one, pieces), start=1):
-            parts.append(part)
+        for done, _ in enumerate(pool.map(one, pieces[1:]), start=2):
             if progress is not None:
                 progress(done / len(pieces))
-    return {c: np.concatenate([part[c] for part in parts]) for c in parts[0]}
+    return whole
 
 
 def _pieces(time: Array) -> Iterator[tuple[int, int, int]]:
@@ -92,9 +96,9 @@ class Tolerances:
         moved = self.moved.get(column)
         if moved is None or not len(moved):
             return 0.0
-        squares = (moved**2).sum(axis=0)
+        squares: Array = (moved**2).sum(axis=0)
         if len(self.rows) == n:
-            return np.sqrt(squares)
+            return np.asarray(np.sqrt(squares))
         return float(np.sqrt(np.nanmean(squares)))
 
 
@@ -150,7 +154,10 @@ def tolerances(
             shifts.append(shift)
             if progress is not None:
                 progress(done / len(figures))
-    moved = {c: np.array([s[k] for s in shifts]) for k, c in enumerate(names)}
+    shape = (len(figures), len(rows))
+    moved = {
+        c: np.array([s[k] for s in shifts]).reshape(shape) for k, c in enumerate(names)
+    }
     return Tolerances(tuple(figures), rows, moved)
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import IO
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rcc_sim.analyse.logcheck import check_log
 from rcc_sim.analyse.logcheck.finding import (
@@ -25,6 +26,8 @@ from rcc_sim.errors import InputError
 from rcc_sim.readers import Log, on_one_clock, read_log, with_vehicle
 from rcc_sim.simulate.smooth import sensor_noise
 from rcc_sim.trace import Trace
+
+Places = NDArray[np.intp]
 
 COMPARED = (
     *("speed_mps", "yaw_rate_radps", "accel_x_mps2", "accel_y_mps2"),
@@ -101,7 +104,8 @@ def open_log(
     }
     log, turned = _forward(Trace(kept, name=trace.name))
     _refuse(log, checked.unusable)
-    return Logged(log, (*notes, *turned, *checked.findings), reading)
+    told = [f for f in checked.findings if not turned or f.kind != turned[0].kind]
+    return Logged(log, (*notes, *turned, *told), reading)
 
 
 def _without(trace: Trace, hide: Sequence[str]) -> Trace:
@@ -163,7 +167,7 @@ def _forward(trace: Trace) -> tuple[Trace, tuple[Finding, ...]]:
     return Trace(columns, name=trace.name), (found,)
 
 
-def _reversing(speed: Array, starts: Array, ends: Array) -> Mask:
+def _reversing(speed: Array, starts: Places, ends: Places) -> Mask:
     """Return the rows from standing still, backwards, to standing still again."""
     out = np.zeros(len(speed), dtype=bool)
     for start, end in zip(starts, ends, strict=True):

@@ -56,7 +56,9 @@ def diagnose(
     ] = None,
     holdout: Annotated[
         list[str] | None,
-        typer.Option(help="A log to judge on, never fitted; repeatable.", metavar="LOG"),
+        typer.Option(
+            help="A log to judge on, never fitted; repeatable.", metavar="LOG"
+        ),
     ] = None,
     repeats: Annotated[
         list[str] | None,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import zip_longest
 from math import inf
 
 import numpy as np
@@ -19,6 +18,12 @@ from rcc_sim.diagnose.screen import Screen, Screened
 
 REFINED = 6
 """Candidates that are refined after the screen."""
+
+FAR_BEHIND = 0.2
+"""Share of the best gain below which a candidate is not refined."""
+
+HOPELESS = 0.3
+"""Share of what is needed below which the best screened gain ends the search."""
 
 ENOUGH = 15.0
 """Nats that a cause must gain, by the noise before and after it alike."""
@@ -44,12 +49,26 @@ LESS_LIKELY = {"iron_loss": 4.0}
 """Nats that an effect starts behind: one of two figures that do as another effect."""
 
 TOO_FAR = 3.0
-"""Standard deviations by which a tolerance may be pulled before it is taken back."""
+"""Standard deviations beyond which a tolerance that is pulled stands for a cause."""
 
 UNLIKE = {"road_grade": 0.85, "auxiliary_load": 0.97}
 """Share of the nats of an unknown profile that a named one must gain to stand: a hill
 and an unknown drag differ by the accelerometer alone and by their knots; a heater and
 a drag differ by the speed, and in the motor's current."""
+
+SAME_FIGURE = {
+    "effects.front_cornering_stiffness.scale": (
+        "tyres.front_cornering_stiffness_n_per_rad",
+        True,
+    ),
+    "effects.rear_cornering_stiffness.scale": (
+        "tyres.rear_cornering_stiffness_n_per_rad",
+        True,
+    ),
+    "effects.yaw_inertia.scale": ("body.yaw_inertia_kgm2", True),
+    "effects.payload.mass_kg": ("body.mass_kg", False),
+}
+"""Figure of an effect -> figure of the file that it moves, and whether by a factor."""
 
 MOST_CAUSES = 4
 PROFILES = {
@@ -143,14 +162,11 @@ def compete(
         told(f"screening for cause {turn + 1}")
         taken = {c.effect for c in causes}
         free = [c for c in candidates if c.effect not in taken]
-        starts = [current]
-        if (back := within_reach(engine, current)) is not None:
-            starts.append(back)
-        found = screened(engine, starts, free)
+        found = screened(engine, current, free)
         if not ranking:
             ranking = {r.candidate.effect: r.gain for r, _ in reversed(found)}
         told(f"refining cause {turn + 1}")
-        refined = refine(engine, current, found[: REFINED * len(starts)])
+        refined = refine(engine, current, likely(found, needed_gain(causes)))
         if not causes:
             ranking |= {r.screened.candidate.effect: r.gain for r in refined}
         best = refined[0] if refined else None
@@ -213,29 +229,54 @@ def needed_gain(causes: Sequence[Cause]) -> float:
 
 
 def screened(
-    engine: Engine, starts: Sequence[Fit], candidates: Sequence[Candidate]
+    engine: Engine, fit: Fit, candidates: Sequence[Candidate]
 ) -> list[tuple[Screened, Fit]]:
-    """Screen candidates around each start; best first, the starts in turn."""
-    each = []
-    for start in starts:
-        screen = Screen(engine, start)
-        found = sorted(engine.pool.map(screen.best, candidates), key=lambda r: -r.gain)
-        each.append([(r, start) for r in found if r.gain > 1 or len(starts) == 1])
-    return [pair for turn in zip_longest(*each) for pair in turn if pair is not None]
+    """Screen candidates around a fit; best first, each with where to refine from."""
+    screen = Screen(engine, fit)
+    found = [(r, fit) for r in engine.pool.map(screen.best, candidates)]
+    found += released(engine, fit, candidates)
+    return sorted(found, key=lambda pair: -pair[0].gain)
 
 
-def within_reach(engine: Engine, fit: Fit) -> Fit | None:
-    """Return a fit whose tolerances are back within an sd, where any went too far.
+def released(
+    engine: Engine, fit: Fit, candidates: Sequence[Candidate]
+) -> list[tuple[Screened, Fit]]:
+    """Candidates in place of tolerances that were pulled too far.
 
-    A tolerance that was pulled far stands for a cause; candidates that act on the same
-    figure show their worth only once it has let go.
+    A figure that is far from what the file states is an effect that acts on it: the
+    figure goes back and the effect takes its part over.
     """
-    pulls = {k: (fit.values[k.key] - k.value) / k.sd for k in fit.knobs if k.sd < inf}
-    if max(map(abs, pulls.values()), default=0.0) < TOO_FAR:
-        return None
-    moved = {k.key: k.value + k.sd * min(max(x, -1.0), 1.0) for k, x in pulls.items()}
-    back = engine.evaluate(fit.values | moved, fit.knobs, fit.noise)
-    return replace(back, signals=fit.signals, information=fit.information)
+    keys = {s.key: c for c in candidates for s in c.searches}
+    knobs = {k.key: k for k in fit.knobs}
+    found = []
+    for key, (figure, is_ratio) in SAME_FIGURE.items():
+        knob = knobs.get(figure)
+        if key not in keys or knob is None or not knob.sd < inf:
+            continue
+        now = fit.values[figure]
+        pull = (now - knob.value) / knob.sd
+        if abs(pull) < TOO_FAR:
+            continue
+        values = {key: now / knob.value if is_ratio else now - knob.value}
+        start = engine.evaluate(
+            fit.values | values | {figure: knob.value}, fit.knobs, fit.noise
+        )
+        start = replace(start, signals=fit.signals, information=fit.information)
+        found.append((Screened(keys[key], 0.5 * pull**2, values), start))
+    return found
+
+
+def likely(
+    found: Sequence[tuple[Screened, Fit]], needed: float
+) -> list[tuple[Screened, Fit]]:
+    """Return what is worth refining; nothing where no candidate comes near.
+
+    A strong effect may gain several times more once it is refined.
+    """
+    most = max((r.gain for r, _ in found), default=0.0)
+    if most < HOPELESS * needed:
+        return []
+    return [pair for pair in found if pair[0].gain > FAR_BEHIND * most][:REFINED]
 
 
 def refine(
@@ -263,17 +304,25 @@ def refine(
     again = engine.fit(
         base.values, base.knobs, noise=noise, signals=base.signals, rounds=3
     )
+    best = max(before)
+    every = zip(found, fits, handicap, before, strict=True)
+    close = [one for one in every if one[3] > FAR_BEHIND * best]
     moved = [
         (
             replace(r, values={k: f.values[k] for k in r.values}),
             replace(f, knobs=base.knobs, signals=base.signals),
         )
-        for (r, _), f in zip(found, fits, strict=True)
+        for (r, _), f, _, _ in close
     ]
+    handicap, before = [one[2] for one in close], [one[3] for one in close]
     fits = by(noise, moved)
+    top = int(np.argmax(before))
+    if fits[top].score - again.score < before[top]:
+        # its signals have bent on the way: find them anew
+        fits[top] = engine.fit(fits[top].values, fits[top].knobs, noise=noise, rounds=4)
     after = [f.score - again.score - h for f, h in zip(fits, handicap, strict=True)]
-    every = zip((r for r, _ in moved), fits, before, after, strict=True)
-    refined = sorted((Refined(*one) for one in every), key=lambda r: -r.after)
+    columns = zip((r for r, _ in moved), fits, before, after, strict=True)
+    refined = sorted((Refined(*one) for one in columns), key=lambda r: -r.after)
     seen: set[str] = set()
     return [
         r

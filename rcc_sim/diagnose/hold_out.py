@@ -66,10 +66,7 @@ def folds(engine: Engine) -> list[tuple[list[Mask], list[Mask]]]:
 def restricted(noise: Sequence[Whitener], engine: Engine, rows: list[Mask]) -> Mask:
     """Which of all whitened residuals lie on some rows."""
     return np.concatenate(
-        [
-            rows[log][w.valid]
-            for w, (log, _) in zip(noise, engine.tracks, strict=True)
-        ]
+        [rows[log][w.valid] for w, (log, _) in zip(noise, engine.tracks, strict=True)]
     )
 
 

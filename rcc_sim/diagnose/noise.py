@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rcc_sim.jit import compiled, jit
+
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
@@ -60,10 +62,27 @@ class Whitener:
         """Return residuals (n,) or signals (n, k), whitened, invalid rows dropped."""
         wide = e if e.ndim > 1 else e[:, None]
         z = np.where(self.valid[:, None], wide, 0.0) / self.scale[:, None]
-        for c, m in zip(self.memory, block_means(z, self.edges), strict=True):
-            z = z - c * m
-        z = z[self.valid] / self.sigma
-        return z if e.ndim > 1 else z[:, 0]
+        w = np.empty_like(z)
+        compiled(without_memory)(z, np.array(self.edges), self.memory, w)
+        w = w[self.valid] / self.sigma
+        return w if e.ndim > 1 else w[:, 0]
+
+
+@jit
+def without_memory(z, edges, memory, out):  # type: ignore[no-untyped-def]
+    """Take from each row of z (n, k) what the block means before it foresee."""
+    for j in range(z.shape[1]):
+        sums = np.zeros(len(memory))
+        for i in range(z.shape[0]):
+            foreseen = 0.0
+            for b in range(len(memory)):
+                foreseen += memory[b] * sums[b] / (edges[b + 1] - edges[b])
+            out[i, j] = z[i, j] - foreseen
+            for b in range(len(memory)):
+                if i >= edges[b]:
+                    sums[b] += z[i - edges[b], j]
+                if i >= edges[b + 1]:
+                    sums[b] -= z[i - edges[b + 1], j]
 
 
 def weights(w: Array) -> Array:

@@ -88,9 +88,7 @@ def remainder(engine: Engine, fit: Fit) -> Remainder:
                 profile = max(tried, key=lambda p: p.evidence)
                 if profile.evidence > best.evidence:
                     found = windows_of(probe, i, profile, x)
-                    best = Remainder(
-                        profile.evidence, name, along, found, profile, i
-                    )
+                    best = Remainder(profile.evidence, name, along, found, profile, i)
     return best
 
 

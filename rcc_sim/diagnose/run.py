@@ -19,8 +19,8 @@ from rcc_sim.diagnose.candidates import candidates_for
 from rcc_sim.diagnose.compete import Cause, Explanation, compete
 from rcc_sim.diagnose.engine import Engine, Fit
 from rcc_sim.diagnose.experiment import next_experiments
-from rcc_sim.diagnose.knobs import RADIUS
 from rcc_sim.diagnose.hold_out import Shrink, folds, hold_out, refitted, restricted
+from rcc_sim.diagnose.knobs import RADIUS
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.remainder import Remainder, remainder
 from rcc_sim.diagnose.verdict import (
@@ -224,7 +224,9 @@ def diagnose(
         left = max(left, remainder(acting, fit), key=lambda r: r.evidence)
     told("proof on held-out rows")
     shrink, energy = _proof(acting, engine, fit, holdouts, vehicle)
-    asserted = tuple(Asserted(c, probability(c, left), estimates(fit, c)) for c in causes)
+    asserted = tuple(
+        Asserted(c, probability(c, left), estimates(fit, c)) for c in causes
+    )
     return Diagnosis(
         vehicle, gaps, status_of(causes, left), asserted, found, fit, left, shrink,
         energy,

@@ -11,7 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.definitions.figure import Figure
-from rcc_sim.definitions.kernel import efficiency_map, force_table, kernel_params, road_of
+from rcc_sim.definitions.kernel import (
+    efficiency_map,
+    force_table,
+    kernel_params,
+    road_of,
+)
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
 from rcc_sim.physics import params as schema

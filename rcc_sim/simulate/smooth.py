@@ -42,7 +42,7 @@ def sensor_noise(x: Array) -> float:
     d2 = np.diff(x[np.isfinite(x)], 2)
     if len(d2) < 3:
         return 0.0
-    noise = 1.4826 * float(np.median(np.abs(d2))) / np.sqrt(6)
+    noise = 1.4826 * float(np.median(np.abs(d2))) / 6**0.5
     steps = np.abs(d2)
     steps = steps[steps > ROUNDING * float(np.nanmax(np.abs(x)))]
     return max(noise, float(steps.min()) / 3 if len(steps) else 0.0)

@@ -88,9 +88,9 @@ def test_a_simulated_drive_from_a_pipe_is_sound():
     ("text", "words"),
     [
         ("", "empty"),
-        ("hello\nworld\n", "hello, row 1"),
+        ("hello\nworld\n", "not a log"),
         ("time_s,speed_mps\n", "rows"),
-        ("time_s,speed_mps\n0,1\n", "rows"),
+        ("time_s,speed_mps\n0,1\n", "one row"),
         ("time_s,speed_mps\n0,1\n1,2\n2,two\n", "row 3"),
         ("time_s\n0\n1\n2\n3\n", "no channel"),
     ],

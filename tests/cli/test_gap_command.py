@@ -1,0 +1,143 @@
+"""`rccsim gap` as a user meets it: JSON, CSV, pictures, pipes, mistakes."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rcc_sim.analyse.logged import open_log
+from rcc_sim.definitions.vehicle import load_vehicle
+
+CASES = Path(__file__).resolve().parents[3] / "shared" / "cases"
+BMW = Path(__file__).resolve().parents[3] / "shared/data/real_ev/bmw_i3_tum"
+
+
+def rccsim(*args, stdin=None):
+    command = [sys.executable, "-m", "rcc_sim", *map(str, args)]
+    return subprocess.run(
+        command, input=stdin, capture_output=True, text=True, timeout=300
+    )
+
+
+@pytest.fixture(scope="module")
+def drive(tmp_path_factory):
+    path = tmp_path_factory.mktemp("gap") / "drive.csv"
+    done = rccsim(
+        *("simulate", "rcc", "--cycle", "udds[20:60]", "--output", path),
+        *("--with", "rolling_resistance:coefficient=0.03"),
+    )
+    assert done.returncode == 0, done.stderr
+    return path
+
+
+def test_json_holds_where_the_gap_sits(drive):
+    done = rccsim("gap", drive, "--vehicle", "rcc", "--json")
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    assert found["mode"] == "commanded"
+    energy = found["energy"]
+    assert energy["gap_wh"] == pytest.approx(
+        energy["measured_wh"] - energy["simulated_wh"]
+    )
+    assert energy["gap_percent"] == pytest.approx(
+        100 * energy["gap_wh"] / energy["measured_wh"]
+    )
+    assert energy["gap_wh"] > 0
+    for part in ("regimes", "stages"):
+        total = sum(row["gap_wh"] for row in found[part])
+        assert total == pytest.approx(energy["gap_wh"])
+    for row in found["channels"]:
+        assert {"channel", "rmse", "bias", "noise", "score"} <= set(row)
+    for row in found["windows"]:
+        assert row["start_s"] < row["end_s"]
+
+
+def test_a_pipe_gets_csv_and_the_verdict_goes_to_stderr(drive):
+    done = rccsim("gap", "-", "--vehicle", "rcc", stdin=drive.read_text())
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[0] == "part,name,figure,value"
+    assert "gap" in done.stderr and "u_val" in done.stderr
+
+
+def test_a_plot_is_drawn(drive, tmp_path):
+    picture = tmp_path / "gap.svg"
+    done = rccsim("gap", drive, "--vehicle", "rcc", "--plot", picture, "--json")
+    assert done.returncode == 0, done.stderr
+    assert "measured" in picture.read_text()
+
+
+def test_a_hidden_channel_is_not_compared(drive):
+    done = rccsim(
+        *("gap", drive, "--vehicle", "rcc", "--json"), "--hide", "yaw_rate_radps"
+    )
+    channels = [c["channel"] for c in json.loads(done.stdout)["channels"]]
+    assert "yaw_rate_radps" not in channels
+    assert "speed_mps" in channels
+
+
+@pytest.mark.parametrize(
+    ("text", "word"),
+    [
+        ("", "empty"),
+        ("time_s,speed_mps\n0,1\n", "row"),
+        ("time_s,wind\n" + "".join(f"{k},1\n" for k in range(40)), "predicts"),
+        ("time_s,speed_mps\n" + "".join(f"{k},nan\n" for k in range(40)), "blank"),
+    ],
+)
+def test_what_is_no_log_is_one_line_and_exit_2(tmp_path, text, word):
+    path = tmp_path / "bad.csv"
+    path.write_text(text)
+    done = rccsim("gap", path, "--vehicle", "rcc", "--json")
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert done.stderr.startswith("error: ")
+    assert word in done.stderr
+
+
+def test_an_unknown_hidden_column_is_an_error(drive):
+    done = rccsim("gap", drive, "--vehicle", "rcc", "--hide", "yawrate")
+    assert done.returncode == 2
+    assert "yawrate" in done.stderr
+
+
+@pytest.mark.skipif(not BMW.is_dir(), reason="the BMW logs are not here")
+@pytest.mark.parametrize("trip", ["TripA01", "TripB03"])
+def test_the_electrical_stage_is_battery_less_logged_torque_and_known_loads(trip):
+    """By hand: P = τ ω / η driving, τ ω η braking, and the auxiliaries."""
+    done = rccsim("gap", BMW / f"{trip}.csv.gz", "--vehicle", "bmw_i3", "--json")
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    stages = {row["stage"]: row["gap_wh"] for row in found["stages"]}
+    assert set(stages) == {"mechanical", "electrical"}
+    assert sum(stages.values()) == pytest.approx(found["energy"]["gap_wh"])
+    car = load_vehicle("bmw_i3")
+    log = open_log(BMW / f"{trip}.csv.gz", car).log
+    gear = car.drivetrain.gear_ratio.value / car.tyres.radius_m.value
+    shaft = log["motor_torque_nm"] * log["speed_mps"] * gear
+    eta = car.effects["motor_efficiency"]["scale"].value
+    model = np.where(shaft > 0, shaft / eta, shaft * eta) + log["aux_power_w"]
+    model += car.effects["auxiliary_load"]["power_w"].value
+    left = log["battery_voltage_v"] * log["battery_current_a"] - model
+    by_hand = np.nansum(left * np.gradient(log["time_s"])) / 3600
+    measured = found["energy"]["measured_wh"]
+    assert stages["electrical"] == pytest.approx(by_hand, abs=0.005 * measured)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not CASES.is_dir(), reason="the withheld cases are not here")
+@pytest.mark.parametrize("drive_name", ["log", "fresh"])
+def test_drives_of_nothing_but_tolerances_are_within_their_uncertainty(drive_name):
+    truth = json.loads((CASES / "labels.json").read_text())
+    nulls = [case for case, label in truth.items() if label["kind"] == "null"]
+    beyond = []
+    for case in nulls:
+        where = CASES / case
+        log, car = where / f"{drive_name}.csv.gz", where / "vehicle.toml"
+        done = rccsim("gap", log, "--vehicle", car, "--json")
+        assert done.returncode == 0, done.stderr
+        if not json.loads(done.stdout)["energy"]["within"]:
+            beyond.append(case)
+    assert len(beyond) <= 0.05 * len(nulls) + 1
