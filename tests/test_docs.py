@@ -1,4 +1,4 @@
-"""The README's commands and programs run, in order, in an empty folder."""
+"""Commands and programs of README and docs run, each page's in an empty folder."""
 
 from __future__ import annotations
 
@@ -10,13 +10,14 @@ from pathlib import Path
 
 import pytest
 
-README = Path(__file__).resolve().parents[1] / "README.md"
+ROOT = Path(__file__).resolve().parents[1]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 SKIPPED = ("make ", "make\n", "pip ", "python -m pip", "git ", "cd ", "#")
 
 
-def blocks():
+def blocks(page):
     """Return the fenced blocks that can run: line, language, text."""
-    text = README.read_text(encoding="utf-8")
+    text = page.read_text(encoding="utf-8")
     found = re.finditer(r"^```(sh|console|python)\n(.*?)^```", text, re.M | re.S)
     return [(text.count("\n", 0, m.start()) + 1, m.group(1), m.group(2)) for m in found]
 
@@ -43,9 +44,9 @@ def environment(tmp_path_factory):
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not README.is_file(), reason="there is no README.md")
-def test_every_block_of_the_readme_runs_after_those_before_it(tmp_path, environment):
-    for line, language, text in blocks():
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_every_block_of_a_page_runs_after_those_before_it(page, tmp_path, environment):
+    for line, language, text in blocks(page):
         shell = ["bash", "-eu", "-c", commands(text)]
         python = [sys.executable, "-c", text]
         done = subprocess.run(
@@ -56,6 +57,13 @@ def test_every_block_of_the_readme_runs_after_those_before_it(tmp_path, environm
             env=environment,
             timeout=300,
         )
-        where = f"README.md:{line}\n{text}\n{done.stderr}"
+        where = f"{page.name}:{line}\n{text}\n{done.stderr}"
         assert done.returncode == 0, where
         assert "error: " not in done.stderr, where  # left of a pipe
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_every_link_of_a_page_leads_to_a_file(page):
+    links = re.findall(r"\]\(([^)#]+)", page.read_text(encoding="utf-8"))
+    files = [link for link in links if "://" not in link]
+    assert [f for f in files if not (page.parent / f).exists()] == []

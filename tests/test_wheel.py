@@ -78,6 +78,12 @@ def test_the_wheel_has_its_script_and_every_definition(installed):
         assert there >= {p.name for p in (ROOT / folder).iterdir() if p.is_file()}
 
 
+def test_the_wheel_has_what_a_page_is_made_of(installed):
+    site = Path(installed).parents[1]
+    (report,) = site.glob("lib/*/site-packages/rcc_sim/report")
+    assert {"report.css", "report.js"} <= {p.name for p in report.iterdir()}
+
+
 @pytest.mark.slow
 def test_an_edited_effect_takes_effect_in_the_next_process(tmp_path):
     shutil.copytree(

@@ -175,13 +175,8 @@ def _residual(trace: Trace, ledger: dict[str, float]) -> float:
 def _regimes(trace: Trace, joules: Array, distance: Array) -> tuple[Regime, ...]:
     if "speed_mps" not in trace or len(trace) < 2:
         return ()
-    time, speed = trace["time_s"], trace["speed_mps"]
-    dt = np.diff(time)
-    middle = 0.5 * (speed[1:] + speed[:-1])
-    change = np.diff(speed) / dt
-    stands = middle <= STANDS * max(float(np.nanmax(np.abs(speed))), 1e-9)
-    steady = np.abs(change) <= STEADY * max(float(np.nanmax(np.abs(change))), 1e-9)
-    kind = np.select([stands, steady, change > 0], [0, 2, 1], 3)
+    dt = np.diff(trace["time_s"])
+    kind = kinds_of_driving(trace)
     return tuple(
         Regime(
             name,
@@ -191,6 +186,16 @@ def _regimes(trace: Trace, joules: Array, distance: Array) -> tuple[Regime, ...]
         )
         for k, name in enumerate(REGIMES)
     )
+
+
+def kinds_of_driving(trace: Trace) -> NDArray[np.intp]:
+    """Return which of REGIMES each step from row to row is; shape (n - 1,)."""
+    speed = trace["speed_mps"]
+    middle = 0.5 * (speed[1:] + speed[:-1])
+    change = np.diff(speed) / np.diff(trace["time_s"])
+    stands = middle <= STANDS * max(float(np.nanmax(np.abs(speed))), 1e-9)
+    steady = np.abs(change) <= STEADY * max(float(np.nanmax(np.abs(change))), 1e-9)
+    return np.select([stands, steady, change > 0], [0, 2, 1], 3)
 
 
 def battery_capacity(vehicle: Vehicle) -> float:

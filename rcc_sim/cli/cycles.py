@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from rcc_sim.cli.complete import cycle_names
-from rcc_sim.cli.output import Csv, Json, Output, emit
+from rcc_sim.cli.output import Csv, Json, Output, emit, sketch
 
 cycles = typer.Typer(help="Drive cycles: list them, show one or a part of one.")
 
@@ -60,3 +60,4 @@ def show(
     pairs = zip(drive.time_s.tolist(), drive.speed_mps.tolist(), strict=True)
     rows = [{"time_s": t, "speed_mps": v} for t, v in pairs]
     emit(cycle_document(drive), rows, json=json, csv=csv, output=output)
+    sketch("speed", drive.speed_mps.tolist(), "m/s")

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rcc_sim.cli.complete import vehicle_names
-from rcc_sim.cli.output import Csv, Json, Output, emit
+from rcc_sim.cli.output import Csv, Json, Output, atomic, emit, say, sketch
 
 if TYPE_CHECKING:
     from rcc_sim.analyse.energy import EnergyReport
+    from rcc_sim.trace import Trace
 
 
 def register(app: typer.Typer) -> None:
@@ -57,6 +58,9 @@ def energy(
     plot: Annotated[
         Path | None, typer.Option(help="Draw it: PNG, SVG or PDF.", metavar="F")
     ] = None,
+    html: Annotated[
+        Path | None, typer.Option(help="Write it as one HTML page.", metavar="F")
+    ] = None,
     output: Output = None,
     csv: Csv = False,
     json: Json = False,
@@ -78,6 +82,8 @@ def energy(
         from rcc_sim.report.plots import plot_energy, save
 
         save(plot_energy(drives, reports), plot)
+    if html is not None:
+        _write_page(html, drives, reports, traces)
     battery = _battery(vehicle)
     table = _regime_rows(reports) if regimes else rows(*reports, **battery)
     emit(
@@ -88,6 +94,21 @@ def energy(
         output=output,
         title=" against ".join(report.name for report in reports),
     )
+    for drive in drives:
+        if "battery_power_w" in drive:
+            sketch(f"{drive.name} power", drive["battery_power_w"].tolist(), "W")
+
+
+def _write_page(
+    html: Path, drives: list[Trace], reports: list[EnergyReport], inputs: list[str]
+) -> None:
+    from rcc_sim.report.energy_page import energy_page
+    from rcc_sim.report.html import write_html
+
+    page = energy_page(drives, reports, inputs)
+    with atomic(html) as file:
+        write_html(page, file)
+    say(f"wrote {html}")
 
 
 def _battery(vehicle: str | None) -> dict[str, Any]:

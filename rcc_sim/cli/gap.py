@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rcc_sim.cli.complete import vehicle_names
-from rcc_sim.cli.output import Csv, Json, Output, emit, say
+from rcc_sim.cli.output import Csv, Json, Output, atomic, emit, say
 
 if TYPE_CHECKING:
     from rcc_sim.analyse.gap import Gap
@@ -55,6 +55,9 @@ def gap(
     plot: Annotated[
         Path | None, typer.Option(help="Draw it: PNG, SVG or PDF.", metavar="F")
     ] = None,
+    html: Annotated[
+        Path | None, typer.Option(help="Write it as one HTML page.", metavar="F")
+    ] = None,
     output: Output = None,
     csv: Csv = False,
     json: Json = False,
@@ -72,7 +75,19 @@ def gap(
         from rcc_sim.report.plots import save
 
         save(plot_gap(found), plot)
+    if html is not None:
+        _write_page(html, found, [log, vehicle, *(repeats or [])])
     _deliver(found, output, csv=csv, json=json)
+
+
+def _write_page(html: Path, found: Gap, inputs: list[str]) -> None:
+    from rcc_sim.report.gap_page import gap_page
+    from rcc_sim.report.html import write_html
+
+    page = gap_page(found, inputs)
+    with atomic(html) as file:
+        write_html(page, file)
+    say(f"wrote {html}")
 
 
 def _found(

@@ -18,6 +18,11 @@ import typer
 
 from rcc_sim.cli.table import print_table
 from rcc_sim.errors import InputError
+from rcc_sim.report.text import printable as printable
+from rcc_sim.report.text import sparkline
+
+LEAST_SKETCH = 15
+"""Columns below which a line of bars shows nothing."""
 
 Rows = Sequence[Mapping[str, Any]]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
@@ -86,14 +91,22 @@ def say(message: str) -> None:
     sys.stderr.write(printable(message) + "\n")
 
 
+def sketch(what: str, values: Sequence[float], unit: str) -> None:
+    """Draw values over time in one line, for the person at the terminal alone."""
+    if not (sys.stderr.isatty() and sys.stdout.isatty()):
+        return
+    from shutil import get_terminal_size
+
+    low, high = min(values, default=0.0), max(values, default=0.0)
+    told = f"{printable(what)}, {readable(low)} to {readable(high)} {unit}: "
+    room = get_terminal_size().columns - len(told) - 1
+    if room >= LEAST_SKETCH and "utf" in (sys.stderr.encoding or "").lower():
+        say(told + sparkline(values, room))
+
+
 def warn(message: str) -> None:
     """Tell the person at the keyboard what to beware of."""
     say(f"warning: {message}")
-
-
-def printable(text: str) -> str:
-    """Return the text without control characters (no escape sequence passes)."""
-    return "".join(c if c.isprintable() or c in "\n\t" else "\ufffd" for c in text)
 
 
 @contextlib.contextmanager

@@ -11,6 +11,8 @@ from rcc_sim.analyse.energy import energy_report, table
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.errors import InputError
+from rcc_sim.report.energy_page import energy_page
+from rcc_sim.report.html import write_html
 from rcc_sim.report.plots import plot_energy, plot_run, save
 from rcc_sim.similitude.cycles import scale_cycle
 from rcc_sim.simulate.run import LaneChanges, simulate
@@ -47,7 +49,7 @@ def run_demo(folder: Path, say: Callable[[str], None]) -> Demo:
     straight = simulate(car, scaled).trace
     say("rccsim simulate rcc --cycle scaled.csv --lane-change-every 20 -o lanes.csv")
     lanes = simulate(car, scaled, lanes=LaneChanges(LANE_CHANGE_EVERY)).trace
-    say("rccsim energy straight.csv lanes.csv --plot energy.png")
+    say("rccsim energy straight.csv lanes.csv --plot energy.png --html energy.html")
     straight = Trace(straight.columns, name="straight")
     lanes = Trace(lanes.columns, name="lane changes")
     cycle = Trace({"time_s": scaled.time_s, "speed_mps": scaled.speed_mps})
@@ -63,4 +65,8 @@ def run_demo(folder: Path, say: Callable[[str], None]) -> Demo:
     ):
         files.append(folder / name)
         save(figure, files[-1])
+    files.append(folder / "energy.html")
+    inputs = [folder / "straight.csv", folder / "lanes.csv"]
+    with open(files[-1], "w", encoding="utf-8") as page:
+        write_html(energy_page([straight, lanes], reports, inputs), page)
     return Demo("UDDS at the RC car's scale, by energy", table(reports), files)

@@ -94,9 +94,9 @@ def plot_run(*traces: Trace) -> Figure:
         _legend_above(axes[0], *axes[0].get_legend_handles_labels())
     else:
         driven = [line for line in axes[0].lines if line.get_label() == "driven"]
-        driven += [x for x in axes[0].lines if x.get_label() == "reference"]
-        names = [*(trace.name for trace in traces), "reference"]
-        _legend_above(axes[0], driven, names)
+        asked = [x for x in axes[0].lines if x.get_label() == "reference"]
+        names = [trace.name for trace in traces if "speed_mps" in trace]
+        _legend_above(axes[0], driven + asked, names + ["reference"] * len(asked))
     axes[-1].set_xlabel("Time [s]")
     figure.suptitle(traces[0].name if len(traces) == 1 else "", x=0.02, ha="left")
     return figure

@@ -34,6 +34,7 @@ def picture_format(name: str) -> str:
 
 def draw(result: MotorMap, file: IO[bytes], picture: str) -> None:
     """Draw the map, its envelope and the scaled one to an open file."""
+    from matplotlib import rc_context
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(7, 4.5), layout="constrained")
@@ -50,7 +51,8 @@ def draw(result: MotorMap, file: IO[bytes], picture: str) -> None:
     axes.set_title(f"{result.vehicle}: motor efficiency, {result.made_of}")
     axes.legend(loc="upper right", fontsize=8)
     stamp = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(picture, {})
-    figure.savefig(file, format=picture, dpi=150, metadata=stamp)
+    with rc_context({"svg.hashsalt": "rccsim"}):  # the same bytes each time
+        figure.savefig(file, format=picture, dpi=150, metadata=stamp)
 
 
 def _efficiency(axes: Axes, result: MotorMap) -> QuadMesh:

@@ -1,0 +1,195 @@
+"""Write the pages that come from the code: `python docs/generate.py`.
+
+A page per effect from the effect files, and the vehicle file's reference from the
+models. `tests/docs` checks that what is committed is current.
+"""
+
+from __future__ import annotations
+
+import sys
+from math import isinf
+from pathlib import Path
+from typing import Any, get_args, get_origin
+
+from rcc_sim.definitions.catalogue import effect_row
+from rcc_sim.definitions.figure import Figure
+from rcc_sim.definitions.tables import ADVICE, Sensor
+from rcc_sim.definitions.vehicle import ALWAYS, TABLES
+from rcc_sim.physics.effects import EFFECTS
+from rcc_sim.units import unit_of
+
+DOCS = Path(__file__).resolve().parent
+MADE = "<!-- written by docs/generate.py; edit the code instead -->\n\n"
+
+
+def pages() -> dict[str, str]:
+    """Return path below docs/ -> text, of every page that is generated."""
+    found = {f"effects/{name}.md": effect_page(name) for name in EFFECTS}
+    found["effects/README.md"] = effect_index()
+    found["vehicle_file.md"] = vehicle_page()
+    return found
+
+
+def effect_page(name: str) -> str:
+    """Return the page of one effect."""
+    row = effect_row(name)
+    lines = [f"# {row['title']}", "", f"Id: `{name}`", "", "```text", row["equation"]]
+    lines += ["```", "", "## Parameters", ""]
+    lines += _parameters(row["parameters"], row["files"])
+    lines += ["", "At its neutral value the effect vanishes to the last bit.", ""]
+    lines += ["## What shows it", "", f"{_sentence(row['seen_as'])}", ""]
+    lines += [f"Channels: {_codes(row['channels'])}.", ""]
+    ledger = f"`energy_{row['ledger']}_j`" if row["ledger"] else "none of its own"
+    lines += [f"Line of the ledger: {ledger}.", ""]
+    if row["needs"]:
+        lines += [f"Needs in the vehicle file: {_codes(row['needs'])}.", ""]
+    if row["excludes"]:
+        lines += [f"Stands in place of: {_codes(row['excludes'])}.", ""]
+    if EFFECTS[name].sensor:
+        lines += ["It touches the log alone: the car drives the same.", ""]
+    lines += [
+        "## Try it",
+        "",
+        "```text",
+        f"rccsim effects show {name} --plot {name}.png",
+    ]
+    lines += ["```", "", "## Source", "", f"{_sentence(row['source'])}", ""]
+    return MADE + "\n".join(lines)
+
+
+def _parameters(parameters: list[dict[str, Any]], files: list[str]) -> list[str]:
+    lines = [
+        "| parameter | unit | what | neutral | bounds | usual |",
+        "|---|---|---|---|---|---|",
+    ]
+    for p in parameters:
+        usual = f"{_number(p['typical_low'])} to {_number(p['typical_high'])}"
+        if p["typical_low"] == p["typical_high"]:
+            usual = "–"
+        about = p["about"] + (" (may be left out)" if p["optional"] else "")
+        lines.append(
+            f"| `{p['name']}` | {p['unit']} | {_cell(about)} | {_number(p['neutral'])} "
+            f"| {_number(p['low'])} to {_number(p['high'])} | {usual} |"
+        )
+    return [*lines, *(f"| `{name}` | | name of a file | | | |" for name in files)]
+
+
+def effect_index() -> str:
+    """Return the list of effects."""
+    lines = [
+        "# Effects",
+        "",
+        "Every term of the model that can be switched, found, or withheld; "
+        "`rccsim effects` lists them too.",
+        "",
+        "| effect | what | parameters |",
+        "|---|---|---|",
+    ]
+    for name in EFFECTS:
+        row = effect_row(name)
+        told = _codes([p["name"] for p in row["parameters"]] + row["files"])
+        lines.append(f"| [`{name}`]({name}.md) | {_cell(row['title'])} | {told} |")
+    return MADE + "\n".join(lines) + "\n"
+
+
+def vehicle_page() -> str:
+    """Return the reference of the vehicle file."""
+    lines = [
+        "# The vehicle file",
+        "",
+        "A TOML file. `rccsim vehicles new NAME` begins one, "
+        "`rccsim vehicles validate` checks it, "
+        "`rccsim vehicles show` prints every figure with its source.",
+        "",
+        "A **figure** is a number, a range `[low, high]`, or a table "
+        "`{ value, sd, low, high, source }`; `sd` is one standard deviation of what it "
+        "may be wrong by, and a `source` that begins with `guess` shows as one in "
+        "every report. The unit is the last part of the key; all are SI.",
+        "",
+    ]
+    for table, model in TABLES.items():
+        need = "always needed" if table in ALWAYS else "where a command needs it"
+        lines += [f"## `[{table}]`", "", f"{_doc(model)} ({need})".strip(), ""]
+        lines += _keys(table, model)
+    lines += ["## `[sensors.COLUMN]`", "", _doc(Sensor), ""]
+    lines += _keys("sensors", Sensor)
+    lines += [
+        "## `[effects.ID]`",
+        "",
+        "A table for each effect that the vehicle is known to have, with that effect's "
+        "parameters as figures: [the effects](effects/README.md). "
+        '`[effects] files = ["mine.py"]` adds effects of your own; '
+        '`[effects] without = ["ID"]` takes one of the base away.',
+        "",
+    ]
+    return MADE + "\n".join(lines)
+
+
+def _doc(model: type) -> str:
+    text = " ".join((model.__doc__ or "").split())
+    told = text.partition(": ")[2]
+    return _sentence(told) if told else ""
+
+
+def _keys(table: str, model: Any) -> list[str]:
+    lines = ["| key | unit | kind | needed | |", "|---|---|---|---|---|"]
+    for key, field in model.model_fields.items():
+        kind = _kind(field.annotation)
+        unit = unit_of(key) if kind.startswith("figure") else ""
+        if table == "sensors" and unit == "1":
+            unit = "the column's"
+        need = "yes" if field.is_required() else ""
+        advice = _cell(ADVICE.get(f"{table}.{key}", ""))
+        lines.append(f"| `{key}` | {unit} | {kind} | {need} | {advice} |")
+    return [*lines, ""]
+
+
+def _kind(annotation: Any) -> str:
+    """Return what a key takes, in words."""
+    if annotation is Figure:
+        return "figure"
+    if annotation in (str, int):
+        return "text" if annotation is str else "whole number"
+    origin, inside = get_origin(annotation), get_args(annotation)
+    parts = [a for a in inside if a is not type(None) and not hasattr(a, "func")]
+    if str(origin) == "typing.Literal":
+        return " or ".join(f'`"{a}"`' for a in inside)
+    if origin is list:
+        return "list of numbers" if inside == (float,) else "table of numbers"
+    if origin is dict:
+        return "table of figures"
+    return _kind(parts[0])
+
+
+def _codes(names: list[str]) -> str:
+    return ", ".join(f"`{name}`" for name in names)
+
+
+def _sentence(text: str) -> str:
+    text = text.strip()
+    return text[:1].upper() + text[1:] + ("" if text.endswith(".") else ".")
+
+
+def _cell(text: str) -> str:
+    return text.replace("|", "\\|")
+
+
+def _number(value: float) -> str:
+    if isinf(value):
+        return "∞" if value > 0 else "−∞"
+    return f"{value:g}".replace("-", "−")
+
+
+def main() -> None:
+    """Write the pages; pages of effects that are gone are taken away."""
+    made = pages()
+    for path in (DOCS / "effects").glob("*.md"):
+        if f"effects/{path.name}" not in made:
+            path.unlink()
+    for name, text in made.items():
+        (DOCS / name).write_text(text, encoding="utf-8")
+    sys.stdout.write(f"wrote {len(made)} pages\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,60 @@
+"""What people call the columns."""
+
+from __future__ import annotations
+
+from rcc_sim.units import SUFFIXES, unit_of
+
+TITLES = {
+    "time_s": "Time",
+    "distance_m": "Distance",
+    "speed_mps": "Speed",
+    "speed_ref_mps": "Speed reference",
+    "throttle": "Throttle",
+    "steer_cmd_rad": "Steering command",
+    "motor_current_a": "Motor current",
+    "motor_torque_nm": "Motor torque",
+    "motor_speed_radps": "Motor speed",
+    "battery_power_w": "Battery power",
+    "battery_voltage_v": "Battery voltage",
+    "battery_current_a": "Battery current",
+    "aux_power_w": "Auxiliary power",
+    "accel_x_mps2": "Acceleration",
+    "accel_y_mps2": "Lateral acceleration",
+    "yaw_rate_radps": "Yaw rate",
+    "x_m": "Way along x",
+    "y_m": "Lateral place",
+    "yaw_rad": "Heading",
+    "slope": "Slope",
+    "elevation_m": "Elevation",
+    "battery_energy_wh": "Energy from the battery",
+}
+"""Column -> title, in the order in which reports draw them."""
+
+
+def title_of(column: str) -> str:
+    """Return what to call a column: its own title, else its name without the unit.
+
+    >>> title_of("yaw_rate_radps"), title_of("tyre_temperature_degc")
+    ('Yaw rate', 'Tyre temperature')
+    """
+    if column in TITLES:
+        return TITLES[column]
+    ends = (s for s in SUFFIXES if column.endswith("_" + s))
+    plain = column.removesuffix("_" + next(ends, "")).replace("_", " ").strip()
+    return plain[:1].upper() + plain[1:]
+
+
+def labelled(column: str) -> str:
+    """Return a column's title with its unit in brackets.
+
+    >>> labelled("battery_power_w"), labelled("throttle")
+    ('Battery power [W]', 'Throttle')
+    """
+    unit = unit_of(column)
+    return title_of(column) + (f" [{unit}]" if unit != "1" else "")
+
+
+def in_order(columns: list[str]) -> list[str]:
+    """Return columns in the order of TITLES, unknown ones after."""
+    known = list(TITLES)
+    return sorted(columns, key=lambda c: known.index(c) if c in known else len(known))

@@ -1,0 +1,113 @@
+"""What a report shows: the one structure that every command fills in."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rcc_sim.analyse.energy import EnergyReport
+from rcc_sim.analyse.logcheck.finding import Finding
+from rcc_sim.trace import Trace
+
+Columns = Mapping[str, NDArray[np.float64]]
+
+
+@dataclass(frozen=True)
+class Span:
+    """A stretch of the log with a name, on the log's own clock. [s]"""
+
+    start_s: float
+    end_s: float
+    name: str
+
+
+@dataclass(frozen=True)
+class Report:
+    """Everything that the HTML report may show; what is empty is left out.
+
+    Parameters
+    ----------
+    title : str
+        Heading of the page.
+    verdict : str
+        One sentence with its figures; made from ``diagnosis`` where it is empty.
+    diagnosis : dict
+        The object that ``diagnose --json`` prints, or a part: ``gap`` has ``where``.
+    measured : Trace or None
+        The log.
+    before, after : dict of ndarray, each as long as the log
+        Column -> what was simulated at the log's rows, with the vehicle as it was and
+        as mended. NaN where nothing was simulated.
+    runs : tuple of Trace
+        Drives laid over each other where there is no measurement; each its own clock.
+    energy : tuple of EnergyReport
+        Ledgers to show beside each other.
+    regimes : tuple of Span
+        Kinds of driving, shaded.
+    cause_energy : dict
+        Effect -> energy that it adds to the simulated drive. [Wh] Where it is empty
+        the waterfall takes it from ``before`` and ``after``, as one step.
+    signatures : dict
+        Effect -> column -> what the effect changes in it, at the log's rows; the
+        winner first, then its rivals.
+    log_check : tuple of Finding
+        What `check` says of the log.
+    vehicle_diff : str
+        Unified diff of the vehicle file.
+    profiles : Trace or None
+        Causes that vary over the drive, ``effect.parameter`` over time.
+    run : dict
+        What was run (`provenance.run_record`), so that it can be run again.
+    """
+
+    title: str
+    verdict: str = ""
+    diagnosis: Mapping[str, Any] = field(default_factory=dict)
+    measured: Trace | None = None
+    before: Columns = field(default_factory=dict)
+    after: Columns = field(default_factory=dict)
+    runs: tuple[Trace, ...] = ()
+    energy: tuple[EnergyReport, ...] = ()
+    regimes: tuple[Span, ...] = ()
+    cause_energy: Mapping[str, float] = field(default_factory=dict)
+    signatures: Mapping[str, Columns] = field(default_factory=dict)
+    log_check: tuple[Finding, ...] = ()
+    vehicle_diff: str = ""
+    profiles: Trace | None = None
+    run: Mapping[str, Any] = field(default_factory=dict)
+
+
+SHORTEST = 0.002
+"""Share of a drive below which a change of regime is not shaded."""
+
+
+def spans_of(
+    time: NDArray[np.float64], kinds: NDArray[np.intp], names: Sequence[str]
+) -> tuple[Span, ...]:
+    """Return stretches of one kind; one too short to see joins the one before.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        Rows of the log. [s]
+    kinds : ndarray of int, shape (n,) or (n - 1,)
+        Which of ``names`` each row, or each step to the next, is.
+    """
+    if len(time) < 2:
+        return ()
+    kinds = kinds[: len(time) - 1]
+    starts = np.concatenate([[0], np.flatnonzero(np.diff(kinds)) + 1])
+    ends = np.append(starts[1:], len(kinds))
+    least = SHORTEST * float(time[-1] - time[0])
+    spans: list[Span] = []
+    for a, b in zip(starts.tolist(), ends.tolist(), strict=True):
+        name, end = names[int(kinds[a])].replace("_", " "), float(time[b])
+        if spans and (name == spans[-1].name or end - float(time[a]) < least):
+            spans[-1] = Span(spans[-1].start_s, end, spans[-1].name)
+        else:
+            spans.append(Span(float(time[a]), end, name))
+    return tuple(spans)

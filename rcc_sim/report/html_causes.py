@@ -1,0 +1,197 @@
+"""Which effects, how sure, what proves it, what to drive next."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from rcc_sim.report.findings import Report
+from rcc_sim.report.html_parts import (
+    Column,
+    bar,
+    effect_name,
+    effect_title,
+    section,
+    table,
+)
+from rcc_sim.report.text import Markup, figures, joined, percent, tag
+from rcc_sim.units import unit_of
+
+SHOWN = 8
+"""Candidates that have a row; the others are named."""
+
+
+def causes(report: Report) -> Markup:
+    """Return what the diagnosis asserts, and how the candidates rank."""
+    diagnosis = report.diagnosis
+    if "status" not in diagnosis:
+        return Markup("")
+    return section(
+        "causes",
+        "What it is",
+        _asserted(diagnosis),
+        _ranked(diagnosis),
+        _left(diagnosis),
+    )
+
+
+def _asserted(diagnosis: Mapping[str, Any]) -> Markup:
+    found = diagnosis.get("causes") or []
+    if not found:
+        reason = {
+            "no_gap": "No cause is asserted: there is no gap beyond noise and the "
+            "doubt that the vehicle file states.",
+            "unexplained": "No cause is asserted: the gap is real, and no effect of "
+            "the library accounts for it. The flagged stretches say where it sits.",
+        }
+        return tag("p", reason.get(diagnosis["status"], "No cause is asserted."))
+    rows = [
+        {
+            "effect": effect_name(str(cause.get("effect", "?"))),
+            "figures": _parameters(cause.get("parameters") or {}),
+            "probability": percent(cause.get("probability")),
+            "explains": percent(cause.get("explains")),
+            "others": ", ".join(
+                effect_title(str(o)) for o in cause.get("indistinguishable_from") or []
+            )
+            or "–",
+        }
+        for cause in found
+    ]
+    columns = (
+        Column("Effect", "effect"),
+        Column("Figures of the mended file (90 % interval)", "figures"),
+        Column("Probability", "probability", number=True),
+        Column("Explains", "explains", number=True),
+        Column("This log cannot tell it from", "others"),
+    )
+    return table(columns, rows)
+
+
+def _parameters(parameters: Mapping[str, Any]) -> Markup:
+    lines = []
+    for name, told in parameters.items():
+        figure = told if isinstance(told, Mapping) else {"value": told}
+        unit = unit_of(name)
+        text = f"{figures(figure.get('value'), 4)}"
+        if figure.get("low") is not None and figure.get("high") is not None:
+            text += f" ({figures(figure['low'], 4)} to {figures(figure['high'], 4)})"
+        text += f" {unit}" if unit != "1" else ""
+        lines.append(tag("div", tag("code", name), " ", text))
+    return joined(*lines)
+
+
+def _ranked(diagnosis: Mapping[str, Any]) -> Markup:
+    ranking = diagnosis.get("ranking") or []
+    if not ranking:
+        return Markup("")
+    ties = {
+        str(o): str(cause.get("effect"))
+        for cause in diagnosis.get("causes") or []
+        for o in cause.get("indistinguishable_from") or []
+    }
+    rows = [
+        {
+            "effect": effect_name(str(row.get("effect", "?"))),
+            "probability": percent(row.get("probability")),
+            "bar": bar((0.0, float(row.get("probability") or 0.0)), 0.0, 1.0, "a"),
+            "explains": percent(row.get("explains")),
+            "tie": f"tied with {effect_title(ties[row['effect']])}"
+            if row.get("effect") in ties
+            else "",
+        }
+        for row in ranking[:SHOWN]
+    ]
+    columns = (
+        Column("Candidate", "effect"),
+        Column("Probability", "probability", number=True),
+        Column("", "bar"),
+        Column("Explains", "explains", number=True),
+        Column("Tie", "tie"),
+    )
+    told = "Probability that the effect acts, given this log and the stated doubt."
+    rest = ", ".join(effect_title(str(row.get("effect"))) for row in ranking[SHOWN:])
+    more = tag("p", f"Less probable: {rest}.", class_="note") if rest else ""
+    return Markup(tag("h3", "Candidates") + table(columns, rows, told) + more)
+
+
+def _left(diagnosis: Mapping[str, Any]) -> Markup:
+    left = diagnosis.get("unexplained") or {}
+    if left.get("fraction") is None:
+        return Markup("")
+    text = f"{percent(left['fraction'])} of the gap beyond noise stays unexplained"
+    windows = left.get("windows") or []
+    if windows:
+        when = ", ".join(
+            f"{figures(w.get('start_s'), 5)} to {figures(w.get('end_s'), 5)} s"
+            for w in windows
+        )
+        text += f", most of it at {when}"
+    return tag("p", f"{text}.")
+
+
+def held_out(report: Report) -> Markup:
+    """Return the proof on stretches of the log that no fit saw."""
+    shrink = report.diagnosis.get("shrink") or {}
+    before, after = shrink.get("before"), shrink.get("after")
+    if before is None or after is None:
+        return Markup("")
+    most = max(float(before), float(after), 1e-12)
+    rows = [
+        {
+            "what": "with the vehicle as it was",
+            "left": figures(before),
+            "bar": bar((0.0, float(before)), 0.0, most, "b"),
+            "energy": _gap(shrink.get("energy_gap_percent_before")),
+        },
+        {
+            "what": "with the cause put in",
+            "left": figures(after),
+            "bar": bar((0.0, float(after)), 0.0, most, "a"),
+            "energy": _gap(shrink.get("energy_gap_percent_after")),
+        },
+    ]
+    columns = (
+        Column("Simulated", "what"),
+        Column("Error beyond noise", "left", number=True),
+        Column("", "bar"),
+        Column("Energy gap", "energy", number=True),
+    )
+    seen = (
+        "Judged on stretches of the log that no fit saw."
+        if shrink.get("held_out")
+        else "Judged on the same data as fitted: no proof."
+    )
+    told = seen + " Mean square error beyond noise, channels in units of their noise."
+    if shrink.get("explained") is not None:
+        told += f" Explained: {percent(shrink['explained'])}"
+        if shrink.get("low") is not None and shrink.get("high") is not None:
+            low, high = percent(shrink["low"]), percent(shrink["high"])
+            told += f" (90 % interval {low} to {high})"
+        told += "."
+    return section(
+        "proof",
+        "Does it hold on data it has not seen?",
+        tag("p", told),
+        table(columns, rows),
+    )
+
+
+def _gap(value: Any) -> str:
+    return "" if value is None else f"{figures(value)} %"
+
+
+def next_experiment(report: Report) -> Markup:
+    """Return what to drive next, and what it would tell apart."""
+    steps = report.diagnosis.get("next_experiment") or []
+    items = []
+    for step in steps:
+        apart = [effect_title(str(s)) for s in step.get("separates") or []]
+        told = f" It tells apart: {', '.join(apart)}." if apart else ""
+        todo = str(step.get("do", "")).strip().rstrip(".")
+        items.append(tag("li", tag("strong", todo[:1].upper() + todo[1:] + "."), told))
+    return (
+        section("next", "What to drive next", tag("ol", *items))
+        if items
+        else Markup("")
+    )
