@@ -121,6 +121,8 @@ def run_batch(
     progress = Progress(task.manifest.rows)
     with store.opened():
         done = store.done()
+        ranges = [task.manifest.range(k) for k in done]
+        progress.before = progress.done = sum(stop - start for start, stop in ranges)
         if len(done) < task.manifest.parts:
             with engine.ready(task.work, task.setup) as give:
                 _do_rest(task, store, done, give, progress, tell)
@@ -152,8 +154,6 @@ def _do_rest(
     progress: Progress,
     tell: Callable[[Progress], None] | None,
 ) -> None:
-    ranges = [task.manifest.range(k) for k in done]
-    progress.before = progress.done = sum(stop - start for start, stop in ranges)
     kept: dict[int, Any] = {}
     rest = [k for k in range(task.manifest.parts) if k not in done]
     for k, result in give(_parts(task, rest, kept)):

@@ -1,4 +1,4 @@
-"""Draws of what is not known: from the sds and ranges of a vehicle's file, or a table."""
+"""Draws of what is not known: by the sds and ranges of a vehicle's file, or a table."""
 
 from __future__ import annotations
 
@@ -92,7 +92,8 @@ def quantiles(figure: Figure, u: Array, bounds: tuple[float, float]) -> Array:
 
     cut = ndtr((np.array([low, high]) - figure.value) / figure.sd)
     within = np.clip(cut[0] + u * (cut[1] - cut[0]), EDGE, 1.0 - EDGE)
-    return np.clip(figure.value + figure.sd * ndtri(within), low, high)
+    values = figure.value + figure.sd * np.asarray(ndtri(within))
+    return np.asarray(np.clip(values, low, high))
 
 
 def unit_draws(n: int, d: int, method: Method, seed: int) -> Array:

@@ -28,19 +28,19 @@ AHEAD = 2
 MOST_DEATHS = 3
 """How often processes may die one after the other, and no part be done between."""
 
-CONNECT_S = 15
+CONNECT_S = 10
 """How long to look for a scheduler. [s]"""
 
-ONE_THREAD = {
-    name: "1"
-    for name in (
+ONE_THREAD = dict.fromkeys(
+    (
         "OMP_NUM_THREADS",
         "OPENBLAS_NUM_THREADS",
         "MKL_NUM_THREADS",
         "VECLIB_MAXIMUM_THREADS",
         "NUMBA_NUM_THREADS",
-    )
-}
+    ),
+    "1",
+)
 """What keeps a process of many to one thread."""
 
 RESUMES = "what is done is kept; the same command goes on from there"
@@ -204,9 +204,7 @@ def _succeeded(future: Any) -> bool:
 
 
 @contextlib.contextmanager
-def _dask(
-    address: str, work: Work, setup: Any
-) -> Iterator[Callable[[Parts], Results]]:
+def _dask(address: str, work: Work, setup: Any) -> Iterator[Callable[[Parts], Results]]:
     try:
         from dask.distributed import Client
     except ImportError:
@@ -214,9 +212,10 @@ def _dask(
             "--dask: dask.distributed is not installed",
             "python -m pip install 'rccsim[dask]'",
         ) from None
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    for name in ("distributed", "distributed.client"):
+        logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     try:
-        client = Client(address, timeout=CONNECT_S, set_as_default=False)
+        client = Client(address, timeout=CONNECT_S)
     except (OSError, ValueError, TypeError) as error:
         raise InputError(
             f"--dask {address}: no scheduler there: {_first_line(error)}",

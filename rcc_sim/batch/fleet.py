@@ -11,6 +11,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+import os
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -65,7 +66,7 @@ class Fleet:
     @property
     def setup(self) -> Any:
         """What every part shares."""
-        return self.row, dict(self.options)
+        return self.row, dict(self.options), os.getcwd()
 
     @cached_property
     def manifest(self) -> Manifest:
@@ -95,13 +96,16 @@ class Fleet:
         )
 
 
-def rows_of_logs(setup: tuple[RowOf, Mapping[str, Any]], logs: Sequence[str]) -> Any:
+def rows_of_logs(
+    setup: tuple[RowOf, Mapping[str, Any], str], logs: Sequence[str]
+) -> Any:
     """Return the row of each log; one that fails is a row with its error."""
-    row, options = setup
+    row, options, folder = setup
     rows = []
     for log in logs:
         try:
-            found = {"log": log, **row(log, options), "error": None}
+            found = row(os.path.join(folder, log), options)
+            found = {"log": log, **found, "error": None}
         except RccError as error:
             found = {"log": log, "error": str(error)}
         except (*FOREIGN, MemoryError) as error:

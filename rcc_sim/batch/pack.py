@@ -85,7 +85,7 @@ FORMULAS: dict[Place, Formula] = {
         (FLUX,), lambda get, car: torque_constant(car.motor.poles, get(FLUX))
     ),
     ("motor", "psi"): Formula(
-        (FLUX,), lambda get, car: car.motor.poles / 2 * get(FLUX)
+        (FLUX,), lambda get, car: (car.motor.poles or 0) / 2 * get(FLUX)
     ),
     ("motor", "omega_max"): Formula(SPEEDS, _top_speed),
     ("control", "T_loop"): Formula((RATE,), lambda get, car: 1.0 / get(RATE)),

@@ -36,6 +36,12 @@ class Axis:
     key: str
     values: tuple[float, ...]
 
+    @property
+    def words(self) -> str:
+        """Key, how many values, from where to where."""
+        ends = f"{self.values[0]:g} to {self.values[-1]:g}"
+        return f"{self.key} ({len(self.values)} from {ends})"
+
 
 @dataclass(frozen=True, eq=False)
 class Plan:
@@ -163,7 +169,7 @@ def _range(text: str, part: str) -> list[float]:
             f"{step}",
             SYNTAX,
         )
-    count = int((high - low) / step * (1 + Decimal("1e-12"))) + 1
+    count = int((high - low) // step) + 1
     if count > MOST_VALUES:
         raise _too_many(count, text.partition("=")[0])
     return [float(low + k * step) for k in range(count)]

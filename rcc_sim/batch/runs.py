@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from rcc_sim.batch.engine import version
 from rcc_sim.batch.pack import CYCLE_KEYS, RATE, Packing, sound_vehicle
 from rcc_sim.batch.plan import Plan
+from rcc_sim.batch.results import Outcome, faults, figures
 from rcc_sim.batch.store import Manifest
 from rcc_sim.definitions.cycle import Cycle
 from rcc_sim.definitions.kernel import (
@@ -28,11 +29,11 @@ from rcc_sim.definitions.kernel import (
     open_circuit_voltage,
 )
 from rcc_sim.definitions.vehicle import Vehicle, build
-from rcc_sim.errors import InputError, LedgerError
+from rcc_sim.errors import InputError
 from rcc_sim.physics import params as schema
 from rcc_sim.physics import record
 from rcc_sim.physics.batch import RESULT, batch_commanded, batch_imposed
-from rcc_sim.physics.ledger import CLOSES, LEAST, left_open
+from rcc_sim.simulate.notes import coarse
 from rcc_sim.simulate.own import NotCompiled, own_terms
 from rcc_sim.simulate.run import (
     LaneChanges,
@@ -42,7 +43,6 @@ from rcc_sim.simulate.run import (
     sampling,
     yaw_rate_of,
 )
-from rcc_sim.units import J_PER_WH
 
 if TYPE_CHECKING:
     import pyarrow
@@ -54,26 +54,11 @@ PERIOD = "effects.reference_sampling.period_s"
 PART_STEPS = 4_000_000
 """Time steps of a part: about three quarters of a second."""
 
+FEW = 64
+"""Runs that are looked at before anything starts."""
+
 LEAST_PARTS, MOST_PARTS = 16, 10_000
 """Parts of a sweep: enough for every core, and not a file for every run."""
-
-LIMITS = {
-    "max_speed_mps": "v_max",
-    "max_battery_power_w": "P_max",
-    "min_battery_power_w": "P_min",
-    "max_battery_current_a": "i_max",
-    "max_motor_torque_nm": "tau_max",
-    "min_motor_torque_nm": "tau_min",
-    "max_motor_current_a": "i_q_max",
-    "max_accel_x_mps2": "a_x_max",
-    "min_accel_x_mps2": "a_x_min",
-    "max_accel_y_mps2": "a_y_max",
-    "max_yaw_rate_radps": "r_max",
-    "torque_short_s": "short",
-    "speed_limited_s": "limited",
-    "outside_map_s": "outside",
-}
-"""Column -> what the kernel calls it; peaks are those of the rows of a trace."""
 
 
 @dataclass(frozen=True)
@@ -111,14 +96,6 @@ class Part:
     counts: NDArray[np.int64]
 
 
-@dataclass(frozen=True)
-class Outcome:
-    """What the runs of a part came to: sums and peaks, and the ledgers."""
-
-    out: Any
-    ends: Any
-
-
 @dataclass(frozen=True, eq=False)
 class Sweep:
     """A vehicle over a cycle, at every point of a plan.
@@ -142,11 +119,16 @@ class Sweep:
     how: Manoeuvre = Manoeuvre()
 
     @cached_property
+    def _some(self) -> list[int]:
+        """A few runs, from the first to the last, to judge the rest by."""
+        few = np.linspace(0, self.plan.size - 1, FEW)
+        return [int(i) for i in np.unique(few.astype(int))]
+
+    @cached_property
     def packing(self) -> Packing:
         """From values to records."""
         plan = self.plan
-        some = np.unique(np.linspace(0, plan.size - 1, 64).astype(int))
-        rows = [plan.values(int(i), int(i) + 1)[0] for i in some]
+        rows = [plan.values(i, i + 1)[0] for i in self._some]
         commanded = not self.how.imposed
         vehicle = sound_vehicle(self.vehicle, plan.keys, rows, commanded=commanded)
         return Packing(
@@ -169,8 +151,9 @@ class Sweep:
             "imposed": self.how.imposed,
             "lanes": None if self.how.lanes is None else asdict(self.how.lanes),
             "output_rate": self.how.output_rate,
-            "keys": list(self.plan.keys),
-            "shape": [*self.plan.shape, len(self.plan.draws)],
+            "grid": ", ".join(axis.words for axis in self.plan.axes),
+            "drawn": ", ".join(self.plan.drawn),
+            "draws": len(self.plan.draws),
         }
         own = [effect.digest for effect in own_terms(self.vehicle).effects]
         words = json.dumps([about, self.vehicle.raw, own], sort_keys=True, default=str)
@@ -184,13 +167,19 @@ class Sweep:
         return Manifest(digest.hexdigest(), self.plan.size, self.part, about)
 
     def check(self) -> None:
-        """Raise an InputError for what no run of the sweep could do."""
+        """Raise an InputError for what no run of the sweep could do.
+
+        Of the runs that are looked at, one has to be sound.
+        """
         if self.how.lanes is not None and "lanes.every" not in self.plan.keys:
             self.how.lanes.params(self.packing.vehicle)
         if not self.how.imposed:
             given = self.how.throttle is not None
             check_throttle(self.packing.vehicle, given=given)
             assert self._sampling is not None
+        faults = [self.prepared(i, i + 1)[1][0] for i in self._some]
+        if all(fault is not None for fault in faults):
+            raise InputError(faults[0] or "")
 
     @cached_property
     def _sampling(self) -> tuple[int, int]:
@@ -248,8 +237,7 @@ class Sweep:
         if not self.how.imposed:
             self._check_slip(P, scales, errors)
             self._count(P, scales, counts, errors)
-        bad = np.array([error is not None for error in errors])
-        for i in np.flatnonzero(bad):
+        for i in [i for i, error in enumerate(errors) if error is not None]:
             record.fill(P[i], self.packing.base)
             scales[i] = 1.0
             counts[i] = (1, 2)
@@ -291,58 +279,39 @@ class Sweep:
 
         stop = start + len(errors)
         values = self.plan.values(start, stop)
-        errors = self._faults(errors, outcome)
+        errors = faults(errors, outcome)
         bad = np.array([error is not None for error in errors])
         columns: dict[str, Any] = {"run": np.arange(start, stop)}
         columns |= {key: values[:, i] for i, key in enumerate(self.plan.keys)}
-        for name, figures in self._figures(outcome).items():
-            columns[name] = pyarrow.array(figures, mask=bad)
-        columns["error"] = pyarrow.array(errors, pyarrow.string())
-        return pyarrow.table(columns)
-
-    def _figures(self, outcome: Outcome) -> dict[str, Array]:
-        out, ends = outcome.out, outcome.ends
-        inside = ends["battery_resistance"]
-        energy = (out["E"] - inside) / J_PER_WH
-        with np.errstate(divide="ignore", invalid="ignore"):
-            per_km = np.where(out["s"] > 0, energy / (out["s"] / 1000), np.nan)
-        found = {
-            "energy_wh": energy,
-            "distance_m": out["s"],
-            "duration_s": out["t"],
-            "wh_per_km": per_km,
-        }
-        found |= {f"energy_{s}_wh": ends[s] / J_PER_WH for s in ends.dtype.names}
-        found |= {name: out[symbol] for name, symbol in LIMITS.items()}
+        found = figures(outcome)
         if self.packing.base["motor"]["K_t"] == 0:
             del found["max_motor_current_a"]
         if open_circuit_voltage(self.packing.vehicle) is None:
             del found["max_battery_current_a"]
-        return found | {"ledger_left_open": _left_open(outcome)}
+        for name, numbers in found.items():
+            columns[name] = pyarrow.array(numbers, mask=bad)
+        columns["error"] = pyarrow.array(errors, pyarrow.string())
+        return pyarrow.table(columns)
 
-    def _faults(
-        self, errors: list[str | None], outcome: Outcome
-    ) -> list[str | None]:
-        """Return what is wrong with each run, now that it was done."""
-        errors = list(errors)
-        out, open_ = outcome.out, _left_open(outcome)
-        wrong = ~(np.abs(open_) <= CLOSES) | (out["P_over"] > 1)
-        for i in np.flatnonzero(wrong):
-            errors[i] = errors[i] or self._fault(out[i], outcome.ends[i])
-        return errors
+    def notes(self) -> tuple[str, ...]:
+        """Return what the runs would say of themselves, as far as it is known before.
 
-    def _fault(self, result: Any, end: Any) -> str:
-        if result["P_over"] > 1:
-            return (
-                f"effects.battery_resistance: the drive asks for "
-                f"{result['P_over']:.2g} times the most power that the battery can give"
-            )
-        ledger = {name: float(end[name]) for name in end.dtype.names}
-        try:
-            left_open("run", float(result["E"]), ledger, float(result["E_abs"]))
-        except LedgerError as error:
-            return str(error).removeprefix("run: ")
-        return "the energy ledger does not close"
+        Imposed rows may lie too far apart to show lane changes.
+        """
+        if not self.how.imposed:
+            return ()
+        lengths = [
+            (part.P["lanes"]["length"][0], part.scales[0].prod())
+            for part, _ in (self.prepared(i, i + 1) for i in self._some)
+            if part.P["lanes"]["steer"][0] == schema.FOLLOW
+        ]
+        if not lengths:
+            return ()
+        speed, step = self.cycle.speed_mps, np.diff(self.cycle.time_s)
+        moved = 0.5 * (speed[1:] + speed[:-1]) * step
+        driven = np.concatenate([[0.0], np.cumsum(moved)])
+        length, scale = min(lengths, key=lambda pair: pair[0] / pair[1])
+        return coarse({"distance_m": driven * scale}, float(length))
 
 
 def drive_part(setup: Setup, part: Part) -> Outcome:
@@ -358,7 +327,7 @@ def drive_part(setup: Setup, part: Part) -> Outcome:
     sinks = record.floats(*own.sinks)
     out, ends = record.array(RESULT, n), record.array(sinks, n)
     work, blank = (tuple(record.array(s) for s in own.work) for _ in range(2))
-    time, speed = setup.cycle
+    time = setup.cycle[0]
     rows = len(time) if setup.imposed else int(part.counts[:, 1].max())
     room = (record.array(schema.ROW, rows), record.array(sinks, rows))
     moving = (np.zeros(len(time)), np.zeros(len(time)))
@@ -405,11 +374,3 @@ def _arrays(tables: Any) -> Iterator[Array]:
 
 def _held(p: Any) -> Any:
     return SimpleNamespace(value=float(p["reference_sampling"]["period_s"]))
-
-
-def _left_open(outcome: Outcome) -> Array:
-    """Return what each ledger leaves open, as `left_open` has it."""
-    lines = np.array([outcome.ends[name] for name in outcome.ends.dtype.names])
-    through = np.maximum(outcome.out["E_abs"], np.abs(lines).sum(axis=0))
-    left = outcome.out["E"] - lines.sum(axis=0)
-    return np.asarray(left / np.maximum(through, LEAST))

@@ -63,10 +63,10 @@ def sobol_indices(
        Computer Physics Communications 181, 2010, 259-270.
     """
     analyze, sample = _salib()
-    varied = {k: Figure((a + b) / 2, low=a, high=b) for k, (a, b) in (ranges or {}).items()}
-    figures = uncertain_figures(
-        vehicle, commanded=not how.imposed, fixed=tuple(varied)
-    )
+    varied = {
+        k: Figure((a + b) / 2, low=a, high=b) for k, (a, b) in (ranges or {}).items()
+    }
+    figures = uncertain_figures(vehicle, commanded=not how.imposed, fixed=tuple(varied))
     figures |= varied
     if len(figures) < 1:
         raise InputError(
@@ -87,7 +87,7 @@ def sobol_indices(
     sweep = Sweep(vehicle, cycle, plan, how)
     sweep.check()
     columns = _results(sweep, of, engine)
-    rows = []
+    rows: list[dict[str, Any]] = []
     for name in of:
         y = columns[name]
         if y.std() <= NOISE * max(abs(float(y.mean())), 1e-300):
@@ -99,23 +99,21 @@ def sobol_indices(
             conf_level=CONFIDENCE,
             seed=seed,
         )
-        for i in np.argsort(-found["ST"]):
-            rows.append(
-                {
-                    "of": name,
-                    "key": keys[i],
-                    "first_order": float(found["S1"][i]),
-                    "first_order_half_width": float(found["S1_conf"][i]),
-                    "total": float(found["ST"][i]),
-                    "total_half_width": float(found["ST_conf"][i]),
-                }
-            )
+        rows += [
+            {
+                "of": name,
+                "key": keys[i],
+                "first_order": float(found["S1"][i]),
+                "first_order_half_width": float(found["S1_conf"][i]),
+                "total": float(found["ST"][i]),
+                "total_half_width": float(found["ST_conf"][i]),
+            }
+            for i in np.argsort(-found["ST"])
+        ]
     return rows
 
 
-def _results(
-    sweep: Sweep, of: Sequence[str], engine: Engine | None
-) -> dict[str, Any]:
+def _results(sweep: Sweep, of: Sequence[str], engine: Engine | None) -> dict[str, Any]:
     import pyarrow
 
     parts = []

@@ -114,7 +114,18 @@ class Store:
                     shutil.rmtree(self.folder)
                 yield
                 return
+            fresh = not self.folder.exists()
             self.folder.mkdir(exist_ok=True)
+        try:
+            with self._alone():
+                yield
+        except BaseException:
+            if fresh and not any(self.folder.glob("part-*")):
+                shutil.rmtree(self.folder, ignore_errors=True)
+            raise
+
+    @contextlib.contextmanager
+    def _alone(self) -> Iterator[None]:
         with _locked(self.folder / LOCK, self.output):
             with _explained(self.output):
                 self._refuse_other()
@@ -131,7 +142,7 @@ class Store:
 
     def _refuse_other(self) -> None:
         if self.single and self.output.exists() and not self.is_finished():
-            raise InputError(f"{self.output}: holds something else", "name another")
+            raise self._other(self.output, _stated(self.output))
         if not self.folder.exists():
             return
         if not self.folder.is_dir():
@@ -147,10 +158,13 @@ class Store:
                 )
             return
         if path.read_bytes() != self.manifest.text():
-            raise InputError(
-                f"{self.folder}: holds another plan: {_difference(path, self.manifest)}",
-                "give the command that began it, or name another folder",
-            )
+            raise self._other(self.folder, path.read_bytes())
+
+    def _other(self, path: Path, there: bytes) -> InputError:
+        return InputError(
+            f"{path}: holds another plan: {_difference(there, self.manifest)}",
+            "give the command that began it, or name another place",
+        )
 
     def done(self) -> set[int]:
         """Return the parts that are there, whole; what is broken is taken away.
@@ -252,30 +266,41 @@ def _as(table: pyarrow.Table, schema: pyarrow.Schema) -> pyarrow.Table:
 
 def _rows(path: Path, manifest: Manifest) -> int | None:
     """Return the rows of a file of this batch; None if it is not one, or not whole."""
+    if _stated(path) != manifest.text():
+        return None
+    import pyarrow.parquet as pq
+
+    return int(pq.read_metadata(path).num_rows)
+
+
+def _stated(path: Path) -> bytes:
+    """Return the manifest that a file bears; nothing if it is not whole."""
     import pyarrow
     import pyarrow.parquet as pq
 
     try:
-        about = pq.read_metadata(path)
+        return bytes((pq.read_metadata(path).metadata or {}).get(KEY, b""))
     except (OSError, pyarrow.ArrowInvalid):
-        return None
-    if (about.metadata or {}).get(KEY) != manifest.text():
-        return None
-    return int(about.num_rows)
+        return b""
 
 
-def _difference(path: Path, manifest: Manifest) -> str:
+def _difference(text: bytes, manifest: Manifest) -> str:
     """Say in what a manifest differs from the one that is there."""
     try:
-        there = json.loads(path.read_bytes())
+        there = json.loads(text)
         before = {**there.pop("about"), "rows": there["rows"]}
     except (ValueError, KeyError, TypeError):
-        return "its manifest is broken"
+        return "no rows of rccsim"
     after = {**manifest.about, "rows": manifest.rows}
     for key in after:
         if before.get(key) != after[key]:
-            return f"{key} {before.get(key)}, now {after[key]}"
+            return f"{key} {_short(before.get(key))}, now {_short(after[key])}"
     return "the same settings with other figures behind them"
+
+
+def _short(value: Any) -> str:
+    text = str(value) or "nothing"
+    return text if len(text) <= 80 else text[:77] + "..."
 
 
 @contextlib.contextmanager
@@ -299,9 +324,11 @@ def _locked(path: Path, output: Path) -> Iterator[None]:
             raise InputError(
                 f"{output}: another rccsim is at work on it", "let it end, or end it"
             ) from None
-        yield
-        with contextlib.suppress(OSError):
-            path.unlink()
+        try:
+            yield
+        finally:
+            with contextlib.suppress(OSError):
+                path.unlink()
 
 
 @contextlib.contextmanager

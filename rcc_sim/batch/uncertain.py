@@ -93,7 +93,7 @@ def drawn_run(
     InputError
         If the file states no sd and no range of anything that acts.
     """
-    keys, values, columns = _drawn(vehicle, cycle, how, draws, method, seed, engine)
+    keys, _, columns = _drawn(vehicle, cycle, how, draws, method, seed, engine)
     names = [name for name in columns if name not in (*INPUTS, *keys)]
     spreads = {
         name: spread(float(columns[name][0]), columns[name][1:])
@@ -147,8 +147,8 @@ def drawn_energy(
         if own is not None and name in columns:
             off = columns[name] - columns[name][0]
             spreads[name] = spread(own, own + off[1:])
-    if "wh_per_km" in spreads and vehicle.battery.capacity_ah is not None:
-        per_km = stated["wh_per_km"] + columns["wh_per_km"] - columns["wh_per_km"][0]
+    if report.wh_per_km is not None and vehicle.battery.capacity_ah is not None:
+        per_km = report.wh_per_km + columns["wh_per_km"] - columns["wh_per_km"][0]
         capacity = battery_capacity(vehicle) * _relative(vehicle, keys, values)
         reach = np.where(per_km > 0, capacity / per_km, np.nan)
         spreads["range_km"] = spread(float(reach[0]), reach[1:])
@@ -213,8 +213,8 @@ def spread(value: float, draws: Array) -> Spread:
     return Spread(value, float(good.std(ddof=min(1, len(good) - 1))), low, high)
 
 
-def rows(draws: Draws, units: Mapping[str, str]) -> list[dict[str, Any]]:
-    """Return the table: a figure a row."""
+def rows(draws: Draws) -> list[dict[str, Any]]:
+    """Return the table: a figure a row; its unit is the end of its name."""
     return [
         {
             "what": name,
@@ -222,7 +222,6 @@ def rows(draws: Draws, units: Mapping[str, str]) -> list[dict[str, Any]]:
             "low": s.low,
             "high": s.high,
             "sd": s.sd,
-            "unit": units.get(name, ""),
         }
         for name, s in draws.spreads.items()
     ]
