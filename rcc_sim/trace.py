@@ -70,10 +70,13 @@ class Trace:
 
 
 def write_trace(trace: Trace, file: IO[bytes]) -> None:
-    """Write a trace as CSV, each column to ten significant digits."""
+    """Write a trace as CSV, to ten significant digits; of time, from its start on."""
     from pyarrow import csv
 
-    rounded = {name: _rounded(values) for name, values in trace.columns.items()}
+    rounded = {
+        name: _rounded(values, _start(values) if name == "time_s" else 0.0)
+        for name, values in trace.columns.items()
+    }
     file.write((",".join(rounded) + "\n").encode())
     options = csv.WriteOptions(include_header=False, quoting_style="none")
     csv.write_csv(_arrow(rounded), file, write_options=options)
@@ -131,8 +134,14 @@ def read_trace(
     return Trace(columns, name=name)
 
 
-def _rounded(values: Array) -> Array:
-    largest = np.nanmax(np.abs(values), initial=0.0)
+def _start(time: Array) -> float:
+    """Return where a clock starts, from which its digits are counted: Unix time."""
+    known = time[np.isfinite(time)]
+    return float(known[0]) if len(known) > 1 else 0.0
+
+
+def _rounded(values: Array, start: float) -> Array:
+    largest = np.nanmax(np.abs(values - start), initial=0.0)
     if not np.isfinite(largest) or largest == 0.0:
         return values + 0.0
     decimals = DIGITS - 1 - int(np.floor(np.log10(largest)))

@@ -21,7 +21,6 @@ from typing import TYPE_CHECKING, Any
 
 from rcc_sim.batch.engine import version
 from rcc_sim.batch.store import Manifest
-from rcc_sim.definitions.own_effects import FOREIGN
 from rcc_sim.errors import InputError, RccError
 
 if TYPE_CHECKING:
@@ -30,8 +29,24 @@ if TYPE_CHECKING:
 Row = dict[str, Any]
 RowOf = Callable[[str, Mapping[str, Any]], Row]
 
+ODD = (
+    *(ArithmeticError, AttributeError, LookupError, OSError),
+    *(RuntimeError, TypeError, ValueError),
+)
+"""What a log that is like no other may raise; among many it is a row."""
+
 MOST_PARTS = 2_000
 """Parts of a batch of logs; up to so many logs each is kept as it is done."""
+
+ENERGIES = (
+    "measured_wh",
+    "simulated_wh",
+    "gap_wh",
+    "gap_percent",
+    "u_val_wh",
+    "within",
+)
+"""What a row of a gap holds of the energy."""
 
 SUFFIXES = (".csv", ".csv.gz", ".parquet", ".mcap", ".bag", ".mf4", ".db3")
 """Files of a folder that are taken for logs."""
@@ -108,7 +123,7 @@ def rows_of_logs(
             found = {"log": log, **found, "error": None}
         except RccError as error:
             found = {"log": log, "error": str(error)}
-        except (*FOREIGN, MemoryError) as error:
+        except (*ODD, MemoryError) as error:
             found = {"log": log, "error": f"{type(error).__name__}: {error}"}
         rows.append(found)
     return rows
@@ -149,11 +164,11 @@ def check_row(log: str, options: Mapping[str, Any]) -> Row:
         ``vehicle``: name or path of a vehicle to judge by, or None.
     """
     from rcc_sim.analyse.logcheck import check_log, report
-    from rcc_sim.analyse.logcheck.opening import open_log
     from rcc_sim.definitions.vehicle import load_vehicle
+    from rcc_sim.readers import read_log
 
     name = options.get("vehicle")
-    checked = check_log(open_log(log), load_vehicle(name) if name else None)
+    checked = check_log(read_log(log).trace, load_vehicle(name) if name else None)
     whole = report.document([checked])
     return {
         **{key: whole[key] for key in ("sound", "rows", "rate_hz", "duration_s")},
@@ -161,6 +176,34 @@ def check_row(log: str, options: Mapping[str, Any]) -> Row:
         "findings": [
             f"{f.kind}:{f.channel}" for f in checked.findings if f.severity != "info"
         ],
+    }
+
+
+def gap_row(log: str, options: Mapping[str, Any]) -> Row:
+    """Return where a log and the model part: energies, the gap, and its places.
+
+    Parameters
+    ----------
+    log : str
+        Path.
+    options : mapping
+        ``vehicle``: the model. ``hide``: columns to leave out.
+    """
+    from rcc_sim.analyse.gap import gap
+    from rcc_sim.analyse.gap_report import document
+    from rcc_sim.analyse.logged import open_log
+    from rcc_sim.definitions.vehicle import load_vehicle
+
+    car = load_vehicle(options["vehicle"])
+    logged = open_log(log, car, hide=options.get("hide") or ())
+    whole = document(gap(logged, car))
+    energy = whole["energy"]
+    beyond = [c["channel"] for c in whole["channels"] if (c["ratio"] or 0) > 1]
+    return {
+        "vehicle": whole["vehicle"],
+        "mode": whole["mode"],
+        **{key: energy[key] for key in ENERGIES},
+        "beyond": beyond,
     }
 
 

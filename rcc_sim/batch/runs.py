@@ -27,6 +27,7 @@ from rcc_sim.definitions.kernel import (
     efficiency_map,
     force_table,
     open_circuit_voltage,
+    road_of,
 )
 from rcc_sim.definitions.vehicle import Vehicle, build
 from rcc_sim.errors import InputError
@@ -200,8 +201,9 @@ class Sweep:
         """What is sent once to each process."""
         how, car = self.how, self.packing.vehicle
         start = float(self.cycle.time_s[0])
+        slope = road_of(car) if how.slope is None else how.slope
         roads = (
-            profile_of(how.slope, 0.0, "slope"),
+            profile_of(slope, 0.0, "slope"),
             profile_of(how.aux_power, start, "aux power"),
         )
         time = self.cycle.time_s

@@ -159,6 +159,24 @@ def efficiency_map(
     return read_motor_map(folder / name)
 
 
+def road_of(
+    vehicle: Vehicle,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+    """Return distance [m] and slope of the road that the file states, if any.
+
+    ``effects.road_grade.profile`` names a CSV of ``distance_m,slope`` that counts from
+    the start of a drive and comes on top of the constant slope.
+    """
+    name = vehicle.effects.get("road_grade", {}).get("profile")
+    if not isinstance(name, str):
+        return None
+    from rcc_sim.trace import read_trace
+
+    folder = vehicle.path.parent if vehicle.path else Path()
+    road = read_trace(folder / name, along="distance_m")
+    return road["distance_m"], road["slope"]
+
+
 def check_throttle(vehicle: Vehicle, *, given: bool) -> None:
     """Raise unless a throttle is given to a vehicle that is driven by one.
 

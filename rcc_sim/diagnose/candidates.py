@@ -2,25 +2,54 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf, sqrt
 
 import numpy as np
 
+from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.problem import Problem
+from rcc_sim.errors import InputError
 from rcc_sim.physics.effect import Effect, Param
-from rcc_sim.physics.effects import EFFECTS
 from rcc_sim.units import G
 
 NOT_FITTED = {"air_density_kg_per_m3"}
-SPEED_LOOP_ONLY = {"reference_sampling", "speed_dead_zone", "speed_loop"}
+"""Figures that stand beside another and never vary on their own."""
+
 AGGREGATES = {"road_load", "motor_efficiency"}
-COMMANDED_ONLY = {"actuation_delay", "motor_lag", "current_limit"}
+"""Effects that sum up others: they are no causes unless the file states them."""
+
+SPEED_LOOP = {"reference_sampling", "speed_dead_zone", "speed_loop"}
+COMMANDED = {"actuation_delay", "motor_lag", "current_limit", *SPEED_LOOP}
+THROTTLE = {"throttle_dead_zone"}
+DELAYS = {"actuation_delay", "steering_delay", "steering_lag", "motor_lag"}
+
+SENSOR_DELAYS = {
+    "yaw_rate_delay_s": "yaw_rate_radps",
+    "accel_delay_s": "accel_y_mps2",
+    "battery_delay_s": "battery_current_a",
+}
+"""Delays of a sensor that a log can show, and by which column."""
 
 
 @dataclass(frozen=True)
 class Search:
-    """One parameter of a candidate: where from, within what, what to try first."""
+    """One figure of a candidate.
+
+    Parameters
+    ----------
+    key : str
+        Dotted key of the vehicle file.
+    neutral : float
+        What the file states, else the value at which the effect vanishes.
+    low, high : float
+        Bounds.
+    first : float
+        Strength that is tried first.
+    grid : tuple of float
+        Strengths that are all tried: for thresholds, limits and clocks.
+    """
 
     key: str
     neutral: float
@@ -32,128 +61,155 @@ class Search:
 
 @dataclass(frozen=True)
 class Candidate:
-    """An effect that may be missing from the vehicle."""
+    """An effect that may be missing from the vehicle, or not be what it states."""
 
     effect: str
     searches: tuple[Search, ...]
 
 
-def candidates_for(problem: Problem, only: tuple[str, ...] = ()) -> list[Candidate]:
+def candidates_for(
+    problems: Sequence[Problem], only: Sequence[str] = ()
+) -> list[Candidate]:
+    """Return the effects that these logs could show.
+
+    Raises
+    ------
+    InputError
+        If ``only`` names an effect that is not known or cannot act here.
+    """
+    first = problems[0]
+    known = first.vehicle.known
     found = []
-    for name, effect in EFFECTS.items():
-        if only and name not in only:
+    for name, effect in known.items():
+        if (only and name not in only) or not applies(first, effect):
             continue
-        if name in AGGREGATES and name not in problem.vehicle.effects:
-            continue
-        if not _applies(problem, effect):
-            continue
-        searches = tuple(
-            _search(problem, effect, p)
-            for p in effect.params
-            if _fits(problem, effect, p)
-        )
+        params = [p for p in effect.params if is_fitted(first, effect, p)]
+        searches = tuple(search_of(first, effect, p) for p in params)
         if searches:
             found.append(Candidate(name, searches))
+    missing = [name for name in only if name not in {c.effect for c in found}]
+    if missing:
+        why = "cannot show in this log" if missing[0] in known else "no such effect"
+        raise InputError(f"--candidates: {missing[0]}: {why}")
     return found
 
 
-def _applies(problem: Problem, effect: Effect) -> bool:
-    vehicle, drive = problem.vehicle, problem.drive
+def applies(problem: Problem, effect: Effect) -> bool:
+    """Tell whether an effect could act, and show, in a log."""
+    vehicle, drive, name = problem.vehicle, problem.drive, effect.id
     mode = vehicle.controller.mode if vehicle.controller else "torque"
-    if effect.id in SPEED_LOOP_ONLY and (drive.imposed or mode != "speed"):
+    stated = vehicle.effects
+    if name in AGGREGATES and name not in stated:
         return False
-    if effect.id in COMMANDED_ONLY and drive.imposed:
+    if name in COMMANDED and drive.imposed:
         return False
-    if effect.id == "throttle_dead_zone" and (drive.imposed or mode != "throttle"):
+    if (name in SPEED_LOOP and mode != "speed") or (
+        name in THROTTLE and (mode != "throttle" or drive.imposed)
+    ):
         return False
-    if effect.id.startswith("steering") and not drive.steered:
+    if name.startswith("steering") and not drive.steered:
         return False
-    if any(x in vehicle.effects for x in effect.excludes):
+    if name == "road_grade" and problem.surveyed:
         return False
-    if any(effect.id in EFFECTS[x].excludes for x in vehicle.effects):
+    known = vehicle.known
+    if any(other in stated for other in effect.excludes):
         return False
-    known = vehicle.figures()
+    if any(name in known[other].excludes for other in stated):
+        return False
+    return has_needs(vehicle, effect)
+
+
+def has_needs(vehicle: Vehicle, effect: Effect) -> bool:
+    """Tell whether a vehicle states what an effect is computed from."""
+    figures = vehicle.figures()
+    open_circuit = "battery.open_circuit_voltage_v"
     for need in effect.needs:
         if need == "motor.poles":
             if vehicle.motor.poles is None:
                 return False
-        elif need not in known and not (
-            need == "battery.open_circuit_voltage_v"
-            and "battery.nominal_voltage_v" in known
-        ):
+        elif need == open_circuit:
+            if not {need, "battery.nominal_voltage_v"} & set(figures):
+                return False
+        elif need not in figures:
             return False
     return True
 
 
-def _fits(problem: Problem, effect: Effect, p: Param) -> bool:
-    if p.name in NOT_FITTED:
+def is_fitted(problem: Problem, effect: Effect, param: Param) -> bool:
+    """Tell whether a figure of an effect is one to be found."""
+    if param.name in NOT_FITTED:
         return False
     if effect.id == "regeneration_limit":
         given = problem.vehicle.effects.get(effect.id, {})
         if given:
-            return p.name in given
-        by_current = not problem.drive.imposed
-        return (p.name == "max_current_a") == by_current
+            return param.name in given
+        return (param.name == "max_current_a") == (not problem.drive.imposed)
+    if effect.id == "sensor_delay":
+        return SENSOR_DELAYS.get(param.name, "") in problem.channels
     if effect.id == "accelerometer_bias":
-        return ("accel_x_mps2" if p.name[0] == "x" else "accel_y_mps2") in problem.log
+        axis = param.name.partition("_")[0]
+        return f"accel_{axis}_mps2" in problem.channels
     return True
 
 
-def _search(problem: Problem, effect: Effect, p: Param) -> Search:
-    key = f"effects.{effect.id}.{p.name}"
-    given = problem.vehicle.figures().get(key)
-    neutral = given.value if given else p.neutral
-    low, high = p.bounds
-    a, b = p.typical
-    if p.neutral == inf:
-        return Search(key, neutral, low, high, b, grid=_limits(problem, effect, p))
-    if a < 0:
-        first = p.neutral + 0.3 * b
-    elif p.neutral == 1.0:
+def search_of(problem: Problem, effect: Effect, param: Param) -> Search:
+    """Return where to look for a figure."""
+    key = f"effects.{effect.id}.{param.name}"
+    stated = problem.vehicle.figures().get(key)
+    neutral = stated.value if stated else param.neutral
+    low, high = param.bounds
+    grid = grid_of(problem, effect, param)
+    if effect.id == "sensor_delay":
+        low = grid[0]  # within a row a delay cannot be told from smoothing
+    a, b = param.typical
+    if param.neutral == inf:
+        first = b
+    elif a < 0:
+        first = param.neutral + 0.3 * b
+    elif param.neutral == 1.0:
         first = 0.5 * (1 + a)
     else:
-        first = sqrt(max(a, 1e-9) * b)
-        if given:
-            first = neutral * 1.1 if neutral else first
-    return Search(key, neutral, low, high, first, grid=_grid(problem, effect, p))
+        first = 1.1 * neutral if stated and neutral else sqrt(max(a, 1e-9) * b)
+    return Search(key, neutral, low, high, first, grid)
 
 
-def _limits(problem: Problem, effect: Effect, p: Param) -> tuple[float, ...]:
-    """Shares of what the drive asked of a limited quantity."""
-    if p.name == "friction_coefficient":
+def grid_of(problem: Problem, effect: Effect, param: Param) -> tuple[float, ...]:
+    """Strengths to try for an effect that has no slope at neutral; else none."""
+    row = float(np.median(np.diff(problem.log["time_s"])))
+    mass, nominal = problem.vehicle.body.mass_kg.value, problem.nominal
+    name = effect.id
+    if name == "longitudinal_slip":
+        return tuple(mass * G * x for x in (3.0, 6.0, 12.0, 25.0))
+    if name == "tyre_saturation":
         return (0.3, 0.4, 0.5, 0.6, 0.7, 0.85, 1.0)
-    out = problem.nominal
-    column = "motor_torque_nm" if p.name.endswith("nm") else "motor_current_a"
-    if column not in out:
-        return ()
-    x = out[column]
-    most = float(np.nanmax(x)) if effect.id == "current_limit" else float(-np.nanmin(x))
-    if effect.id == "current_limit":
-        return tuple(most * s for s in (0.3, 0.45, 0.6, 0.75, 0.9))
-    if column in problem.log:
-        most = max(most, float(-np.nanmin(problem.log[column])))
-    return tuple(most * s for s in (0.0, 0.1, 0.25, 0.5, 0.75)) if most > 0 else ()
-
-
-def _grid(problem: Problem, effect: Effect, p: Param) -> tuple[float, ...]:
-    if effect.id == "reference_sampling":
-        dt = float(np.median(np.diff(problem.log["time_s"])))
-        return (
-            tuple(
-                k * 0.01
-                for k in (2, 3, 4, 5, 6, 8, 10, 12, 15, 20, 25, 30, 35, 40, 45, 50)
-            )
-            if dt < 0.2
-            else (0.5, 1.0, 2.0)
-        )
-    if effect.id == "speed_dead_zone":
-        top = float(np.nanmax(problem.nominal["motor_speed_radps"]))
-        return tuple(top * s for s in (0.01, 0.02, 0.03, 0.045, 0.06, 0.09, 0.13))
-    if effect.id in ("actuation_delay", "steering_delay", "steering_lag", "motor_lag"):
+    if name in ("current_limit", "regeneration_limit"):
+        return limits(problem, name, param)
+    if name == "reference_sampling":
+        shares = (2, 3, 4, 5, 6, 8, 10, 12, 15, 20, 25, 30, 35, 40, 45, 50)
+        return tuple(max(row, 0.01) * k for k in shares if max(row, 0.01) * k <= 2)
+    if name == "speed_dead_zone":
+        top = float(np.nanmax(nominal["motor_speed_radps"]))
+        return tuple(top * x for x in (0.01, 0.02, 0.03, 0.045, 0.06, 0.09, 0.13))
+    if name == "sensor_delay":
+        return tuple(row * k for k in (1.0, 3.0, 10.0) if row * k < 0.5) or (row,)
+    if name in DELAYS:
         return (0.01, 0.03, 0.06, 0.1, 0.16)
-    if effect.id == "steering_backlash":
-        top = float(np.nanmax(np.abs(problem.log["steer_cmd_rad"])))
-        return tuple(top * s for s in (0.05, 0.12, 0.25))
-    if effect.id == "throttle_dead_zone":
+    if name == "steering_backlash":
+        most = float(np.nanmax(np.abs(problem.log["steer_cmd_rad"]))) or 0.1
+        return tuple(most * x for x in (0.05, 0.12, 0.25))
+    if name == "throttle_dead_zone":
         return (0.05, 0.1, 0.15, 0.2, 0.3)
     return ()
+
+
+def limits(problem: Problem, name: str, param: Param) -> tuple[float, ...]:
+    """Shares of the most that the drive asked of a limited current or torque."""
+    by_torque = param.name.endswith("nm")
+    column = "motor_torque_nm" if by_torque else "motor_current_a"
+    sign = 1.0 if name == "current_limit" else -1.0
+    most = 0.0
+    for columns in (problem.nominal, problem.log):
+        if column in columns:
+            most = max(most, float(np.nanmax(sign * columns[column])))
+    shares = (0.3, 0.45, 0.6, 0.75, 0.9) if sign > 0 else (0.0, 0.1, 0.25, 0.5, 0.75)
+    return tuple(most * x for x in shares) if most > 0 else ()

@@ -1,67 +1,301 @@
-"""Null, single effects and sets of them compete for one log."""
+"""Null, single effects, sets of effects and profiles compete for the logs."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import zip_longest
+from math import inf
 
 import numpy as np
 
-from rcc_sim.diagnose.candidates import Candidate, candidates_for
-from rcc_sim.diagnose.fit import Engine, Fit, Knob, bias_knobs, tolerance_knobs
-from rcc_sim.diagnose.search import Screen
+from rcc_sim.diagnose.candidates import Candidate
+from rcc_sim.diagnose.engine import Engine, Fit
+from rcc_sim.diagnose.knobs import Knob, nuisance_knobs
+from rcc_sim.diagnose.noise import Whitener
+from rcc_sim.diagnose.profile import Probe, Profile, probe_size
+from rcc_sim.diagnose.remainder import remainder
+from rcc_sim.diagnose.screen import Screen, Screened
 
 REFINED = 6
-ENOUGH = 12.0
+"""Candidates that are refined after the screen."""
+
+ENOUGH = 15.0
+"""Nats that a cause must gain, by the noise before and after it alike."""
+
+ENOUGH_MORE = 22.0
+"""Nats that a further cause must."""
+
+PROFILE_ENOUGH = 30.0
+"""Nats that a profile must gain; it must beat a constant by half of this."""
+
+PROFILE_MISFIT = 0.1
+"""Share of what a profile gained that a further cause must: with knots some distance
+apart it leaves a part of itself."""
+
+MISFIT = 0.003
+"""Share of what the first cause gained that a further one must: no model of an
+effect is better than some parts in a thousand."""
+
+TIED = 3.0
+"""Nats below which two candidates cannot be told apart."""
+
+LESS_LIKELY = {"iron_loss": 4.0}
+"""Nats that an effect starts behind: one of two figures that do as another effect."""
+
+TOO_FAR = 3.0
+"""Standard deviations by which a tolerance may be pulled before it is taken back."""
+
+UNLIKE = {"road_grade": 0.85, "auxiliary_load": 0.97}
+"""Share of the nats of an unknown profile that a named one must gain to stand: a hill
+and an unknown drag differ by the accelerometer alone and by their knots; a heater and
+a drag differ by the speed, and in the motor's current."""
+
+MOST_CAUSES = 4
+PROFILES = {
+    "road_grade": ("effects.road_grade.slope", "distance_m"),
+    "auxiliary_load": ("effects.auxiliary_load.power_w", "time_s"),
+}
+WINDOW_COUNTS = (20, 60)
 
 
-@dataclass
-class Hypothesis:
-    effects: tuple[Candidate, ...]
+@dataclass(frozen=True)
+class Cause:
+    """An effect that is asserted.
+
+    Parameters
+    ----------
+    effect : str
+        Its id.
+    keys : tuple of str
+        Dotted keys of the figures found.
+    gain : float
+        Nats it gained when it was taken in.
+    rival : float
+        Nats of the best candidate that is not tied with it.
+    tied : tuple of str
+        Effects that these logs cannot tell from it.
+    profiles : dict
+        Log -> profile, where it varies over the drive.
+    sharpened : float
+        Times more that it gained by the noise it leaves than by ``gain``.
+    """
+
+    effect: str
+    keys: tuple[str, ...]
+    gain: float
+    rival: float
+    tied: tuple[str, ...] = ()
+    profiles: dict[int, Profile] = field(default_factory=dict)
+    sharpened: float = 1.0
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """What the competition ended with.
+
+    Parameters
+    ----------
+    engine : Engine
+        The logs, with the profiles found acting on them.
+    null, fit : Fit
+        Tolerances alone; tolerances and causes.
+    causes : tuple of Cause
+        Strongest first.
+    ranking : dict
+        Effect -> nats it gained alone, of all candidates.
+    """
+
+    engine: Engine
+    null: Fit
     fit: Fit
+    causes: tuple[Cause, ...]
+    ranking: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Refined:
+    """A candidate refined: its fit, and its gain by the noise before and after."""
+
+    screened: Screened
+    fit: Fit
+    before: float
+    after: float
 
     @property
-    def names(self):
-        return tuple(c.effect for c in self.effects)
+    def gain(self) -> float:
+        """Nats that hold by either noise."""
+        return min(self.before, self.after)
 
 
-def effect_knobs(candidate: Candidate, values) -> list[Knob]:
-    out = []
-    for s in candidate.searches:
-        x = values.get(s.key, s.neutral)
-        if not np.isfinite(x):
-            x = 2 * max(s.grid) if s.grid else s.first
-        step = (
-            0.02 * abs(x - s.neutral)
-            if np.isfinite(s.neutral) and x != s.neutral
-            else 0.02 * abs(x)
+def compete(
+    engine: Engine,
+    candidates: Sequence[Candidate],
+    told: Callable[[str], None] = lambda _: None,
+) -> Explanation:
+    """Find the smallest set of effects that the logs ask for."""
+    told("tolerances")
+    null = engine.fit({}, nuisance_knobs(engine.problems))
+    causes: list[Cause] = []
+    ranking: dict[str, float] = {}
+    current = null
+    for turn in range(MOST_CAUSES):
+        told(f"screening for cause {turn + 1}")
+        taken = {c.effect for c in causes}
+        free = [c for c in candidates if c.effect not in taken]
+        starts = [current]
+        if (back := within_reach(engine, current)) is not None:
+            starts.append(back)
+        found = screened(engine, starts, free)
+        if not ranking:
+            ranking = {r.candidate.effect: r.gain for r, _ in reversed(found)}
+        told(f"refining cause {turn + 1}")
+        refined = refine(engine, current, found[: REFINED * len(starts)])
+        if not causes:
+            ranking |= {r.screened.candidate.effect: r.gain for r in refined}
+        best = refined[0] if refined else None
+        constant = best.gain if best else 0.0
+        named = {c.effect for c in candidates} - taken
+        varying = profile_cause(engine, current, named)
+        needed = needed_gain(causes)
+        if varying and varying.gain > max(
+            PROFILE_ENOUGH, constant + PROFILE_ENOUGH / 2, needed
+        ):
+            ranking[varying.effect] = max(ranking.get(varying.effect, 0), varying.gain)
+            left = remainder(engine, current).evidence
+            if varying.gain > UNLIKE[varying.effect] * left:
+                engine, current = with_profile(engine, current, varying)
+                causes.append(varying)
+                continue
+        if best is None or constant < needed:
+            break
+        causes.append(cause_of(best, refined))
+        current = engine.fit(best.fit.values, best.fit.knobs)
+    told("leaving out what is not needed")
+    causes, current = without_idle(engine, causes, current)
+    causes.sort(key=lambda c: -c.gain)
+    return Explanation(engine, null, current, tuple(causes), ranking)
+
+
+def without_idle(
+    engine: Engine, causes: list[Cause], fit: Fit
+) -> tuple[list[Cause], Fit]:
+    """Drop each cause without which the others, fitted anew, do as well."""
+    for cause in [c for c in causes if not c.profiles]:
+        if len(causes) < 2:
+            break
+        kept = [
+            (j, k)
+            for j, k in zip(fit.signals, fit.knobs, strict=True)
+            if k.key not in cause.keys
+        ]
+        start = {k: x for k, x in fit.values.items() if k not in cause.keys}
+        less = engine.fit(
+            start,
+            [k for _, k in kept],
+            noise=fit.noise,
+            signals=[j for j, _ in kept],
+            rounds=3,
         )
-        step = step or 0.02 * abs(s.first)
-        out.append(Knob(s.key, x, np.inf, s.low, s.high, step=step))
-    return out
+        if fit.score - less.score < ENOUGH_MORE:
+            causes = [c for c in causes if c is not cause]
+            fit = engine.fit(less.values, less.knobs)
+    return causes, fit
 
 
-def nuisance(problem) -> list[Knob]:
-    knobs = tolerance_knobs(problem) + bias_knobs(problem)
-    if not problem.drive.imposed and "motor_lag" not in problem.vehicle.effects:
-        knobs.append(
-            Knob("effects.motor_lag.time_constant_s", 0.0, 0.003, 0.0, 1.0, step=0.001)
+def needed_gain(causes: Sequence[Cause]) -> float:
+    """Nats that one more cause must gain, given those already taken in."""
+    misfits = (
+        c.gain * (PROFILE_MISFIT if c.profiles else MISFIT * c.sharpened)
+        for c in causes
+    )
+    return max(ENOUGH_MORE if causes else ENOUGH, *misfits, 0.0)
+
+
+def screened(
+    engine: Engine, starts: Sequence[Fit], candidates: Sequence[Candidate]
+) -> list[tuple[Screened, Fit]]:
+    """Screen candidates around each start; best first, the starts in turn."""
+    each = []
+    for start in starts:
+        screen = Screen(engine, start)
+        found = sorted(engine.pool.map(screen.best, candidates), key=lambda r: -r.gain)
+        each.append([(r, start) for r in found if r.gain > 1 or len(starts) == 1])
+    return [pair for turn in zip_longest(*each) for pair in turn if pair is not None]
+
+
+def within_reach(engine: Engine, fit: Fit) -> Fit | None:
+    """Return a fit whose tolerances are back within an sd, where any went too far.
+
+    A tolerance that was pulled far stands for a cause; candidates that act on the same
+    figure show their worth only once it has let go.
+    """
+    pulls = {k: (fit.values[k.key] - k.value) / k.sd for k in fit.knobs if k.sd < inf}
+    if max(map(abs, pulls.values()), default=0.0) < TOO_FAR:
+        return None
+    moved = {k.key: k.value + k.sd * min(max(x, -1.0), 1.0) for k, x in pulls.items()}
+    back = engine.evaluate(fit.values | moved, fit.knobs, fit.noise)
+    return replace(back, signals=fit.signals, information=fit.information)
+
+
+def refine(
+    engine: Engine, base: Fit, found: Sequence[tuple[Screened, Fit]]
+) -> list[Refined]:
+    """Refine candidates, by the noise of the base and by that of the best; best first.
+
+    The noise that the base leaves holds what it misses; that of the best candidate
+    shows the others in a sharper light. A gain counts if it holds by both.
+    """
+    found = [(r, start) for r, start in found if r.gain > 1]
+    if not found:
+        return []
+    handicap = [LESS_LIKELY.get(r.candidate.effect, 0.0) for r, _ in found]
+
+    def by(noise: list[Whitener], pairs: Sequence[tuple[Screened, Fit]]) -> list[Fit]:
+        def one(pair: tuple[Screened, Fit]) -> Fit:
+            return with_effect(engine, pair[1], pair[0], noise)
+
+        return list(engine.pool.map(one, pairs))
+
+    fits = by(base.noise, found)
+    before = [f.score - base.score - h for f, h in zip(fits, handicap, strict=True)]
+    noise = engine.learn_noise(fits[int(np.argmax(before))].residuals)
+    again = engine.fit(
+        base.values, base.knobs, noise=noise, signals=base.signals, rounds=3
+    )
+    moved = [
+        (
+            replace(r, values={k: f.values[k] for k in r.values}),
+            replace(f, knobs=base.knobs, signals=base.signals),
         )
-    return knobs
+        for (r, _), f in zip(found, fits, strict=True)
+    ]
+    fits = by(noise, moved)
+    after = [f.score - again.score - h for f, h in zip(fits, handicap, strict=True)]
+    every = zip((r for r, _ in moved), fits, before, after, strict=True)
+    refined = sorted((Refined(*one) for one in every), key=lambda r: -r.after)
+    seen: set[str] = set()
+    return [
+        r
+        for r in refined
+        if not ((name := r.screened.candidate.effect) in seen or seen.add(name))
+    ]
 
 
 def with_effect(
-    engine, base: Fit, candidate: Candidate, values, J, noise, rounds=3
+    engine: Engine, base: Fit, screened: Screened, noise: list[Whitener]
 ) -> Fit:
-    """Refine a screened candidate under given noise, the other knobs moving along J."""
-    mine = [k for k in effect_knobs(candidate, values) if k.key in values]
+    """Refine one candidate under given noise, the knobs of the base giving way."""
+    mine = effect_knobs(screened)
     keys = {k.key for k in mine}
-    kept = [(i, k) for i, k in enumerate(base.knobs) if k.key not in keys]
+    kept = [(j, k) for j, k in zip(base.signals, base.knobs, strict=True)]
+    kept = [(j, k) for j, k in kept if k.key not in keys]
     knobs = [k for _, k in kept] + mine
-    now = engine.evaluate(base.values | values, knobs, noise)
-    fixed = J[[i for i, _ in kept]]
-    for _ in range(rounds):
-        S = np.concatenate([fixed, engine.signals(now.values, mine, now.residual)])
-        new = engine.fit(now.values, knobs, noise=noise, rounds=1, signals=S, first=now)
+    now = engine.evaluate(base.values | screened.values, knobs, noise)
+    for _ in range(6):
+        own = engine.signals(now.values, mine, now.residuals)
+        signals = [j for j, _ in kept] + own
+        new = engine.fit(now.values, knobs, noise=noise, signals=signals, rounds=1)
         gain = new.score - now.score
         now = new
         if gain < 0.5:
@@ -69,64 +303,69 @@ def with_effect(
     return now
 
 
-def compete(engine: Engine):
-    problem = engine.problem
-    base = engine.fit({}, nuisance(problem))
-    cands = candidates_for(problem)
-    chain = []
-    current, names = base, ()
-    for depth in range(3):
-        J, noise = current.signals, current.whiteners
-        screen = Screen(engine, current, current.knobs, J)
-        free = [c for c in cands if c.effect not in names]
-        found = sorted(engine.pool.map(screen.screen, free), key=lambda r: -r.gain)
-        found = [r for r in found[:REFINED] if r.gain > 1]
-        fits = list(
-            engine.pool.map(
-                lambda r: with_effect(engine, current, r.candidate, r.values, J, noise),
-                found,
-            )
-        )
-        if not fits:
-            break
-        first = [round(f.score - current.score, 1) for f in fits]
-        winner = max(range(len(fits)), key=lambda i: fits[i].score)
-        noise = engine.noise(fits[winner].residual)
-        again = engine.fit(
-            current.values, list(current.knobs), noise=noise, rounds=2, signals=J
-        )
-        fits = list(
-            engine.pool.map(
-                lambda rf: with_effect(
-                    engine,
-                    again,
-                    rf[0].candidate,
-                    {k: rf[1].values[k] for k in rf[0].values},
-                    J,
-                    noise,
-                ),
-                zip(found, fits),
-            )
-        )
-        order = sorted(range(len(fits)), key=lambda i: -fits[i].score)
-        chain.append(
-            [
-                (
-                    found[i].candidate.effect,
-                    round(found[i].gain),
-                    first[i],
-                    round(fits[i].score - again.score, 1),
-                    {
-                        k.split(".")[-1]: float("%.4g" % fits[i].values[k])
-                        for k in found[i].values
-                    },
-                )
-                for i in order
-            ]
-        )
-        best = order[0]
-        if fits[best].score - again.score < ENOUGH or first[best] < ENOUGH:
-            break
-        names += (found[best].candidate.effect,)
-        current = engine.fit(fits[best].values, list(fits[best].knobs), rounds=3)
-    return base, names, current, chain
+def effect_knobs(screened: Screened) -> list[Knob]:
+    """The figures of a candidate, free to move from where the screen left them."""
+    knobs = []
+    for s in screened.candidate.searches:
+        if s.key not in screened.values:
+            continue
+        x = screened.values[s.key]
+        moved = abs(x - s.neutral) if s.neutral < inf else abs(x)
+        step = 0.02 * (moved or abs(s.first) or 1.0)
+        knobs.append(Knob(s.key, x, inf, s.low, s.high, step))
+    return knobs
+
+
+def cause_of(best: Refined, refined: Sequence[Refined]) -> Cause:
+    """Return the winner as a cause, with those that are tied with it."""
+    others = [r for r in refined if r is not best]
+    name = best.screened.candidate.effect
+    slack = LESS_LIKELY.get
+    tied = [
+        r
+        for r in others
+        if best.after - r.after
+        < TIED + slack(r.screened.candidate.effect, 0.0) + 0.001 * best.after
+    ]
+    rival = max((r.after for r in others if r not in tied), default=0.0)
+    return Cause(
+        name,
+        tuple(best.screened.values),
+        best.gain,
+        best.gain - (best.after - rival),
+        tuple(r.screened.candidate.effect for r in tied),
+        sharpened=max(best.after / best.gain, 1.0) if best.gain > 0 else 1.0,
+    )
+
+
+def profile_cause(engine: Engine, fit: Fit, named: set[str]) -> Cause | None:
+    """Return the effect that best explains as a profile what a fit leaves, if any."""
+    best: Cause | None = None
+    for effect, (key, along) in PROFILES.items():
+        if effect not in named:
+            continue
+        found: dict[int, Profile] = {}
+        probe = Probe(engine, fit, key, probe_size(engine, key))
+        for i, problem in enumerate(engine.problems):
+            x = problem.distance if along == "distance_m" else problem.log["time_s"]
+            tried = [probe.profile(i, along, x, n) for n in WINDOW_COUNTS]
+            found[i] = max(tried, key=lambda p: p.evidence)
+        gain = sum(p.evidence for p in found.values())
+        if best is None or gain > best.gain:
+            best = Cause(effect, (key,), gain, best.gain if best else 0.0, (), found)
+        elif best:
+            best = replace(best, rival=max(best.rival, gain))
+    return best
+
+
+def with_profile(engine: Engine, fit: Fit, cause: Cause) -> tuple[Engine, Fit]:
+    """Let a profile act on the logs, and fit the knobs anew."""
+    problems = list(engine.problems)
+    for i, profile in cause.profiles.items():
+        p = problems[i]
+        if profile.along == "distance_m":
+            problems[i] = p.on_road(profile.knots, profile.value)
+        else:
+            problems[i] = p.with_load(profile.at(p.log["time_s"]))
+    moved = Engine(problems)
+    return moved, moved.fit(fit.values, fit.knobs)

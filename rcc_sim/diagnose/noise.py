@@ -18,6 +18,14 @@ FREEDOM = 8.0
 """Degrees of freedom of the t-distribution that whitened residuals follow."""
 
 
+def local_range(x: Array, rows: int = 7) -> Array:
+    """How far a channel moves within some rows: where timing matters."""
+    from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
+    x = np.where(np.isfinite(x), x, 0.0)
+    return maximum_filter1d(x, rows) - minimum_filter1d(x, rows)
+
+
 def lag_edges(rate: float, memory: float, rows: int) -> list[int]:
     """Edges [rows] of the blocks of past rows, each twice as long as the last."""
     edges = [0, 1, 2]

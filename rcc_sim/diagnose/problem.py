@@ -1,16 +1,16 @@
-"""One log and one vehicle: what the model says of each channel, for any parameters."""
+"""One log and one vehicle: what the model says of each channel, for any figures."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.definitions.vehicle import Vehicle
-from rcc_sim.simulate.replay import Drive, drive_of, replay
+from rcc_sim.physics.step import SLIP_BLEND
+from rcc_sim.simulate.replay import Drive, replay
 from rcc_sim.trace import Trace
 
 Array = NDArray[np.float64]
@@ -26,46 +26,117 @@ CHANNELS = (
     "battery_current_a",
     "battery_power_w",
 )
+"""Columns by which model and log are compared, where the log has them."""
+
+LATERAL = ("yaw_rate_radps", "accel_y_mps2")
+
 RECALLS = (0.2, 1.0)
+"""Times in which the model's speed, and its loop's integral, come to the log's. [s]
+
+Well above a row and well below a manoeuvre: a rough road then does not add up, and
+whatever memory this leaves in the residuals the noise model takes up.
+"""
+
+SLOW = 20.0
+"""Speed below which cornering is not judged, in times that at which slip blends."""
+
+MIN_ROWS = 30
 
 
 @dataclass(frozen=True)
 class Problem:
+    """A log to be explained by a vehicle.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        The nominal model.
+    log : Trace
+        What the sensors saw.
+    drive : Drive
+        What of the log drives the model.
+    """
+
     vehicle: Vehicle
     log: Trace
     drive: Drive
 
     @cached_property
     def channels(self) -> tuple[str, ...]:
-        first = self.predict({})
-        found = [c for c in CHANNELS if c in self.log and c in first]
+        """Columns compared."""
+        found = [
+            c
+            for c in CHANNELS
+            if c in self.log
+            and c in self.nominal
+            and np.isfinite(self.log[c]).sum() >= MIN_ROWS
+            and np.nanstd(self.log[c]) > 0
+        ]
         if self.drive.imposed and "speed_mps" in found:
             found.remove("speed_mps")
         if "battery_current_a" in found and "battery_power_w" in found:
             found.remove("battery_power_w")
+        if "motor_current_a" in found and "motor_torque_nm" in found:
+            found.remove("motor_torque_nm")
+        if not self.drive.steered:
+            found = [c for c in found if c not in LATERAL]
         return tuple(found)
-
-    def predict(self, values: dict[str, float]) -> dict[str, Array]:
-        vehicle = (
-            self.vehicle.changed(settings=dict(values)) if values else self.vehicle
-        )
-        return replay(vehicle, self.drive, RECALLS)
-
-    def residual(self, values: dict[str, float]) -> Array:
-        """(channels, n)."""
-        out = self.predict(values)
-        return np.stack([self.log[c] - out[c] for c in self.channels])
-
-    @property
-    def slow(self) -> float:
-        """Speed below which the lateral model is not judged. [m/s]"""
-        body, tyres = self.vehicle.body, self.vehicle.tyres
-        C = tyres.front_cornering_stiffness_n_per_rad.value
-        return (
-            20 * 0.02 * float(np.sqrt(C * self.vehicle.wheelbase / body.mass_kg.value))
-        )
 
     @cached_property
     def nominal(self) -> dict[str, Array]:
         """What the nominal model predicts."""
         return self.predict({})
+
+    def predict(self, figures: dict[str, float]) -> dict[str, Array]:
+        """Columns that the model predicts with some figures changed."""
+        vehicle = self.vehicle
+        if figures:
+            vehicle = vehicle.changed(settings=dict(figures))
+        return replay(vehicle, self.drive, RECALLS)
+
+    def residuals(self, figures: dict[str, float]) -> list[Array]:
+        """Measured minus predicted, per channel."""
+        out = self.predict(figures)
+        return [self.log[c] - out[c] for c in self.channels]
+
+    @cached_property
+    def speed(self) -> Array:
+        """Speed at the rows, 0 where unknown. [m/s]"""
+        speed = np.abs(self.drive.measured[0])
+        return np.where(np.isfinite(speed), speed, 0.0)
+
+    @cached_property
+    def distance(self) -> Array:
+        """Distance from the start of the log. [m]"""
+        v, t = self.speed, self.log["time_s"]
+        steps = 0.5 * (v[1:] + v[:-1]) * np.diff(t)
+        return np.concatenate([[0.0], np.cumsum(steps)])
+
+    @cached_property
+    def judged(self) -> list[NDArray[np.bool_]]:
+        """Rows of each channel on which the model may be judged."""
+        body, tyres = self.vehicle.body, self.vehicle.tyres
+        C_F = tyres.front_cornering_stiffness_n_per_rad.value
+        unit = np.sqrt(C_F * self.vehicle.wheelbase / body.mass_kg.value)
+        rolling = self.speed > SLOW * SLIP_BLEND * unit
+        masks = []
+        for c in self.channels:
+            ok = np.isfinite(self.log[c]) & np.isfinite(self.nominal[c])
+            ok[0] = False
+            masks.append(ok & rolling if c in LATERAL else ok)
+        return masks
+
+    @property
+    def surveyed(self) -> bool:
+        """Whether the log tells the slope of the road."""
+        return "elevation_m" in self.log or "slope" in self.log
+
+    def on_road(self, distance: Array, slope: Array) -> Problem:
+        """The same drive on a road of that slope, over distance from the start."""
+        return replace(self, drive=replace(self.drive, road=(distance, slope)))
+
+    def with_load(self, power: Array) -> Problem:
+        """The same drive with an auxiliary power [W] at each row on top."""
+        ref, steer, throttle, aux = self.drive.commands
+        commands = (ref, steer, throttle, aux + power)
+        return replace(self, drive=replace(self.drive, commands=commands))

@@ -27,6 +27,8 @@ from rcc_sim.physics.tables import between, seek
 
 FREE = 0.98  # 1; share of a current limit beyond which the loop counts as saturated
 
+NEAR = 1e-3  # 1; share of a tick by which a row's time may fall short of it
+
 
 @jit
 def open_window(flow):
@@ -77,6 +79,20 @@ def recall(p, c, s, u, row, v, i_q, share_v, share_i):
 
 
 @jit
+def speed_between(speed, accel, k, part, span):
+    """Speed [m/s] a part of the way from row k to the next, span [s] apart.
+
+    The acceleration runs straight from row to row; what is then missing to the next
+    row's speed is added evenly.
+    """
+    a_0 = accel[k]
+    a_1 = accel[k + 1]
+    missing = speed[k + 1] - speed[k] - 0.5 * (a_0 + a_1) * span
+    bent = (a_0 + 0.5 * (a_1 - a_0) * part) * part * span
+    return speed[k] + bent + part * missing
+
+
+@jit
 def run_replayed(
     P, work, drive, road, measured, maps, lines, rows, sinks, imposed, window, recalls
 ):
@@ -96,7 +112,7 @@ def run_replayed(
     E = sinks[0]
     time, ref, steer, throttle, aux = drive
     grade, slope = road
-    speed, current, yaw_rate, torque = measured
+    speed, current, yaw_rate, torque, accel = measured
     eta, force = maps
     late_motor, late_steer = lines
     T = p.control.T_loop
@@ -109,11 +125,11 @@ def run_replayed(
     begin(p, c, s, max(first, 0.0), 0.0)
     look_up_inputs(p, s, u, time[0], 0, time, ref, steer, grade, slope, aux)
     write(c, s, u, E, flow, rows[0])
-    tick = math.floor(time[0] / T + 1e-9)
+    tick = math.floor(time[0] / T + NEAR)
     for k in range(1, len(rows)):
         rows[k] = rows[k - 1]
         t_end = time[k]
-        last = math.floor(t_end / T + 1e-9)
+        last = math.floor(t_end / T + NEAR)
         opens = max(tick, math.floor((t_end - window) / T + 0.5))
         opens = min(opens, max(last - 1, tick))
         before = k - 1
@@ -130,7 +146,7 @@ def run_replayed(
             if imposed:
                 actuate(p, c, s, u, 0.0, angle)
                 part = min(((tick + 1) * T - time[before]) / span, 1.0)
-                v_1 = max(speed[before] + part * (speed[k] - speed[before]), 0.0)
+                v_1 = max(speed_between(speed, accel, before, part, span), 0.0)
                 if p.lanes.steer == LOGGED:
                     step_steered(p, c, s, u, f, E, flow, v_1, T)
                 else:

@@ -2,48 +2,134 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from math import inf
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.definitions.kernel import efficiency_map, force_table, kernel_params
+from rcc_sim.definitions.figure import Figure
+from rcc_sim.definitions.kernel import efficiency_map, force_table, kernel_params, road_of
 from rcc_sim.definitions.vehicle import Vehicle
+from rcc_sim.errors import InputError
 from rcc_sim.physics import params as schema
 from rcc_sim.physics import record
 from rcc_sim.physics.replay import run_replayed
-from rcc_sim.simulate.own import own_terms
 from rcc_sim.simulate.columns import trace_columns
+from rcc_sim.simulate.own import own_terms
+from rcc_sim.simulate.road import surveyed_slope
 from rcc_sim.simulate.sensors import sensed_columns
+from rcc_sim.simulate.smooth import smoothed
 from rcc_sim.trace import Trace
 
 Array = NDArray[np.float64]
+Measured = tuple[Array, Array, Array, Array, Array]
+
+STEP = 0.01
+"""Longest time step of an imposed run. [s]"""
+
+LATE = 1e6
+"""Time beyond which a clock counts from its own start: Unix time, say. [s]"""
+
+COMMANDS = {"speed": "speed_ref_mps", "throttle": "throttle"}
+"""Mode of the controller -> the column that commands it."""
 
 
 @dataclass(frozen=True)
 class Drive:
-    """What drove the vehicle of a log, row by row."""
+    """What drove the vehicle of a log, row by row.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        Of the rows, from ``start`` on. [s]
+    imposed : bool
+        The measured motion drives it, not the log's commands.
+    steered : bool
+        The log holds a commanded steering angle.
+    commands : tuple of ndarray
+        Speed reference [m/s], steering angle [rad], throttle [1] and auxiliary power
+        [W] at the rows.
+    road : (distance, slope)
+        Slope of the road [1] over distance from the first row [m].
+    measured : tuple of ndarray
+        Speed [m/s], motor current [A], yaw rate [rad/s], motor torque [N m], NaN where
+        not known; acceleration [m/s²] that bends the speed between the rows.
+    window : float
+        Time before a row over which flows are averaged. [s]
+    start : float
+        What the log's clock showed where ``time`` is 0. [s]
+    distance : ndarray or None
+        Distance driven at the rows, where the road is not flat. [m]
+    """
 
     time: Array
     imposed: bool
     steered: bool
     commands: tuple[Array, Array, Array, Array]
     road: tuple[Array, Array]
-    measured: tuple[Array, Array, Array, Array]
+    measured: Measured
     window: float
+    start: float = 0.0
+    distance: Array | None = None
+
+    def part(self, rows: slice) -> Drive:
+        """Return some rows of the drive, on their own part of the road."""
+        road, distance = self.road, self.distance
+        if distance is not None:
+            road = (road[0] - distance[rows][0], road[1])
+            distance = distance[rows] - distance[rows][0]
+        measured = self.measured
+        speed, current, yaw_rate, torque, accel = (x[rows] for x in measured)
+        ref, steer, throttle, aux = (x[rows] for x in self.commands)
+        return replace(
+            self,
+            time=self.time[rows],
+            commands=(ref, steer, throttle, aux),
+            measured=(speed, current, yaw_rate, torque, accel),
+            road=road,
+            distance=distance,
+        )
 
 
 def replay(
-    vehicle: Vehicle, drive: Drive, recalls: tuple[float, float] = (inf, inf)
+    vehicle: Vehicle,
+    drive: Drive,
+    recalls: tuple[float, float] = (inf, inf),
+    *,
+    substeps: int = 1,
 ) -> dict[str, Array]:
+    """Run the vehicle along a log; return what it predicts at the log's rows.
+
+    Parameters
+    ----------
+    vehicle, drive
+        What is driven, and by what (:func:`drive_of`).
+    recalls : (float, float)
+        Times in which speed, and the speed loop's integral, are drawn to what was
+        measured; infinite: never, a free run. [s]
+    substeps : int
+        Runs of the loop in place of one, to see what the time step costs.
+
+    Returns
+    -------
+    columns : dict of ndarray, each of shape (n,)
+        As those of a simulated trace.
+
+    Raises
+    ------
+    InputError
+        If the vehicle lacks a figure that the run needs.
+    """
     values = kernel_params(vehicle, commanded=not drive.imposed)
     if drive.steered:
         values["lanes"]["steer"] = schema.LOGGED
     if drive.imposed:
-        values["control"]["T_loop"] = 0.01
+        values["control"]["T_loop"] = _step(drive.time)
         values["control"]["delta_max"] = values["control"].get("delta_max", inf)
+    values["control"]["T_loop"] /= substeps
     n = len(drive.time)
     own = own_terms(vehicle)
     P = record.array(own.params)
@@ -51,7 +137,6 @@ def replay(
     table = record.array(schema.ROW, n)
     sinks = record.array(record.floats(*own.sinks), 1)
     record.fill(P[0], values)
-    maps = (efficiency_map(vehicle), force_table(vehicle))
     own.call(
         run_replayed,
         True,
@@ -59,8 +144,8 @@ def replay(
         work,
         (drive.time, *drive.commands),
         drive.road,
-        drive.measured,
-        maps,
+        as_true(vehicle, drive.measured),
+        (efficiency_map(vehicle), force_table(vehicle)),
         delay_lines(values),
         table,
         sinks,
@@ -78,63 +163,144 @@ def replay(
         n_file=float(c["n_file"]),
         K_t=float(c["K_t"]),
     )
-    return sensed_columns(vehicle, columns)
+    seen = sensed_columns(vehicle, columns)
+    seen["time_s"] = drive.time + drive.start
+    return seen
+
+
+def _step(time: Array) -> float:
+    """Return the time step of an imposed run: a whole part of the rows' interval."""
+    interval = float(np.median(np.diff(time)))
+    return interval / max(math.ceil(interval / STEP - 1e-6), 1)
+
+
+def as_true(vehicle: Vehicle, measured: Measured) -> Measured:
+    """Return what was measured as it was, by what the vehicle's sensors make of it.
+
+    ``speed_mps`` is the motor's speed with the file's tyre radius.
+    """
+
+    def scale(effect: str) -> float:
+        figure = vehicle.effects.get(effect, {}).get("scale")
+        return figure.value if isinstance(figure, Figure) else 1.0
+
+    rolled = scale("wheel_radius") / scale("speed_sensor_scale")
+    drawn = 1.0 / scale("current_sensor_scale")
+    if rolled == drawn == 1.0:
+        return measured
+    speed, current, yaw_rate, torque, accel = measured
+    return speed * rolled, current * drawn, yaw_rate, torque, accel * rolled
 
 
 def delay_lines(values: Any) -> tuple[Array, Array]:
-    import math
-
+    """Return the ring buffers of the motor's and the steering's dead time."""
     delays = (values[n]["delay_s"] for n in ("actuation_delay", "steering_delay"))
     size = math.ceil(max(delays) / values["control"]["T_loop"]) + 3
     return np.zeros(size), np.zeros(size)
 
 
-def drive_of(
-    log: Trace, vehicle: Vehicle, window: float = 0.01, jerk: float = 0.05
-) -> Drive:
-    t = log["time_s"]
-    n = len(t)
+def is_imposed(log: Trace, vehicle: Vehicle) -> bool:
+    """Tell whether a log lacks the commands that this vehicle's controller obeys."""
     mode = vehicle.controller.mode if vehicle.controller else "torque"
-    zeros = np.zeros(n)
-    nan = np.full(n, np.nan)
-    get = lambda name, default: (
-        np.ascontiguousarray(log[name]) if name in log else default
-    )
-    imposed = not (
-        mode == "speed"
-        and "speed_ref_mps" in log
-        or mode == "throttle"
-        and "throttle" in log
-    )
-    speed = get("speed_mps", nan)
+    command = COMMANDS.get(mode)
+    return command is None or not has(log, command)
+
+
+def has(log: Trace, column: str) -> bool:
+    """Tell whether a log has a value of a column."""
+    return column in log and bool(np.isfinite(log[column]).any())
+
+
+def drive_of(
+    log: Trace, vehicle: Vehicle, window: float = 0.01, jerk: float | None = None
+) -> Drive:
+    """Return what drove the vehicle of a log: its commands, or else its motion.
+
+    Parameters
+    ----------
+    log : Trace
+        Time increases; commands between two values are drawn in a straight line.
+    vehicle : Vehicle
+        Its controller's mode decides which commands count.
+    window : float
+        Time before a row over which flows are averaged. [s]
+    jerk : float or None
+        For :func:`rcc_sim.simulate.smooth.smoothed`; None: by cross-validation.
+
+    Raises
+    ------
+    InputError
+        If the log has neither commands nor a speed.
+    """
+    start = math.floor(log["time_s"][0]) if abs(log["time_s"][0]) > LATE else 0.0
+    time = log["time_s"] - start
+    imposed = is_imposed(log, vehicle)
+    nan, accel = np.full(len(time), np.nan), np.zeros(len(time))
+    speed = np.ascontiguousarray(log["speed_mps"]) if has(log, "speed_mps") else nan
     if imposed:
-        from rcc_sim.simulate.smooth import sensor_noise, smooth_speed
-
-        ax = log["accel_x_mps2"] if "accel_x_mps2" in log else None
-        speed = smooth_speed(t, speed, noise=sensor_noise(speed), jerk=jerk, accel=ax)
-    road = (np.zeros(1), np.zeros(1))
-    if "elevation_m" in log:
-        from rcc_sim.simulate.road import surveyed_slope
-
-        v = np.where(np.isfinite(speed), speed, 0.0)
-        s = np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(t))])
-        road = surveyed_slope(np.maximum.accumulate(s), log["elevation_m"])
-    return Drive(
-        t,
-        imposed,
-        "steer_cmd_rad" in log,
-        (
-            get("speed_ref_mps", zeros),
-            get("steer_cmd_rad", zeros),
-            get("throttle", zeros),
-            get("aux_power_w", zeros),
-        ),
-        road,
-        (
-            speed,
-            get("motor_current_a", nan),
-            get("yaw_rate_radps", zeros),
-            get("motor_torque_nm", nan),
-        ),
-        window,
+        if not has(log, "speed_mps"):
+            _refuse(log, vehicle)
+        felt = log["accel_x_mps2"] if has(log, "accel_x_mps2") else None
+        speed, accel = smoothed(time, speed, felt, jerk)
+    road, distance = _road(log, vehicle, time, speed)
+    ref, steer, throttle, aux, yaw_rate = (
+        _whole(log, time, column)
+        for column in (
+            *("speed_ref_mps", "steer_cmd_rad", "throttle", "aux_power_w"),
+            "yaw_rate_radps",
+        )
     )
+    current, torque = (
+        np.ascontiguousarray(log[c]) if has(log, c) else nan
+        for c in ("motor_current_a", "motor_torque_nm")
+    )
+    return Drive(
+        time,
+        imposed,
+        has(log, "steer_cmd_rad"),
+        (ref, steer, throttle, aux),
+        road,
+        (speed, current, yaw_rate, torque, accel),
+        window,
+        start,
+        distance,
+    )
+
+
+def _refuse(log: Trace, vehicle: Vehicle) -> None:
+    mode = vehicle.controller.mode if vehicle.controller else "torque"
+    command = COMMANDS.get(mode)
+    either = f"{command}, or speed_mps" if command else "speed_mps"
+    raise InputError(
+        f"{log.name}: nothing drives {vehicle.name}, whose mode is {mode}: "
+        f"the log should hold {either}",
+        f"there are {', '.join(log.columns)}",
+    )
+
+
+def _whole(log: Trace, time: Array, column: str) -> Array:
+    """Return a column without gaps; zeros where the log does not have it."""
+    if not has(log, column):
+        return np.zeros(len(time))
+    values = np.ascontiguousarray(log[column])
+    known = np.isfinite(values)
+    return values if known.all() else np.interp(time, time[known], values[known])
+
+
+def _road(
+    log: Trace, vehicle: Vehicle, time: Array, speed: Array
+) -> tuple[tuple[Array, Array], Array | None]:
+    """Return the slope over distance that log or file know, and the rows' distances."""
+    surveyed = has(log, "elevation_m") or has(log, "slope")
+    stated = None if surveyed else road_of(vehicle)
+    if not surveyed and stated is None:
+        return (np.zeros(1), np.zeros(1)), None
+    v = np.where(np.isfinite(speed), speed, 0.0)
+    steps = 0.5 * (v[1:] + v[:-1]) * np.diff(time)
+    distance = np.maximum.accumulate(np.concatenate([[0.0], np.cumsum(steps)]))
+    if stated is not None:
+        return stated, distance
+    if has(log, "slope"):
+        s, first = np.unique(distance, return_index=True)
+        return (s, _whole(log, time, "slope")[first]), distance
+    return surveyed_slope(distance, log["elevation_m"]), distance

@@ -17,6 +17,7 @@ from rcc_sim.definitions.kernel import (
     efficiency_map,
     force_table,
     kernel_params,
+    road_of,
 )
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
@@ -175,6 +176,7 @@ def simulate(
     if steer is not None:
         values["lanes"]["steer"] = schema.LOGGED
     start = float(cycle.time_s[0])
+    slope = road_of(vehicle) if slope is None else slope
     roads = (profile_of(slope, 0.0, "slope"), profile_of(aux_power, start, "aux power"))
     if imposed:
         rows = len(cycle.time_s)

@@ -10,6 +10,28 @@ Array = NDArray[np.float64]
 ROUNDS = 6
 """Rounds of reweighting of the jerk."""
 
+EVERY = 5
+"""Of so many rows one is held out to choose the jerk."""
+
+ENOUGH = 6000
+"""Rows that the choice of the jerk looks at."""
+
+GRID = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0)
+"""Spectral sizes of the jerk that are tried, of the drive's typical acceleration."""
+
+PIECE = 200_000
+"""Rows that are solved for at once; pieces overlap."""
+
+OVERLAP = 1000
+"""Rows beyond which one end of a piece no longer feels the other."""
+
+TURNS = 0.25
+"""Share of turning rows above which a channel is noisy; white noise turns at 2/3."""
+
+
+ROUNDING = 1e-9
+"""Share of a channel's size below which a difference is none."""
+
 
 def sensor_noise(x: Array) -> float:
     """Noise [unit of x] of a sampled signal, from its second differences.
@@ -21,14 +43,83 @@ def sensor_noise(x: Array) -> float:
     if len(d2) < 3:
         return 0.0
     noise = 1.4826 * float(np.median(np.abs(d2))) / np.sqrt(6)
-    steps = np.abs(d2[d2 != 0])
+    steps = np.abs(d2)
+    steps = steps[steps > ROUNDING * float(np.nanmax(np.abs(x)))]
     return max(noise, float(steps.min()) / 3 if len(steps) else 0.0)
+
+
+def is_rough(x: Array) -> bool:
+    """Tell whether neighbouring rows scatter, as a sensor's do and a model's do not."""
+    steps = np.diff(x[np.isfinite(x)][:PIECE])
+    steps = steps[steps != 0]
+    return len(steps) > 20 and float(np.mean(steps[1:] * steps[:-1] < 0)) > TURNS
+
+
+def smoothed(
+    time: Array, speed: Array, accel: Array | None = None, jerk: float | None = None
+) -> tuple[Array, Array]:
+    """Return speed [m/s] and acceleration [m/s²] without noise and without gaps.
+
+    A speed that is not noisy stays as it is, straight from row to row (its
+    acceleration is then given as 0 and of no matter); so are gaps bridged.
+
+    Parameters
+    ----------
+    time, speed : ndarray, shape (n,)
+        As logged; NaN where no speed is known. [s], [m/s]
+    accel : ndarray or None
+        Logged acceleration, a second witness. [m/s²]
+    jerk : float or None
+        Spectral size of the jerk; chosen by cross-validation where None. [m/s³ √s]
+    """
+    known = np.isfinite(speed)
+    if not is_rough(speed):
+        whole = np.interp(time, time[known], speed[known])
+        return whole, np.zeros(len(time))
+    noise = max(sensor_noise(speed), 1e-6 * float(np.abs(speed[known]).max()))
+    if jerk is None:
+        jerk = chosen_jerk(time, speed, noise=noise, accel=accel)
+    return smooth_speed(time, speed, noise=noise, jerk=jerk, accel=accel)
+
+
+def chosen_jerk(
+    time: Array, speed: Array, *, noise: float, accel: Array | None = None
+) -> float:
+    """Return the jerk [m/s³ √s] that foresees rows of the speed best that it never saw.
+
+    Every fifth row is held out; what is then missed by is pooled by a robust sum, so
+    that a corner of the drive does not decide. The grid is scaled by the drive's own
+    acceleration over one second.
+    """
+    n = len(time)
+    middle = max((n - ENOUGH) // 2, 0)
+    part = slice(middle, middle + ENOUGH)
+    t, v = time[part], speed[part]
+    a = None if accel is None else accel[part]
+    held = np.zeros(len(t), dtype=bool)
+    held[EVERY // 2 :: EVERY] = True
+    held &= np.isfinite(v)
+    given = np.where(held, np.nan, v)
+    known = np.isfinite(given)
+    if held.sum() < 10 or known.sum() < 10:
+        return 0.05
+    even = np.arange(t[0], t[-1], 1.0)
+    change = (
+        np.diff(np.interp(even, t[known], given[known])) if len(even) > 3 else [1.0]
+    )
+    scale = max(float(np.std(change)), 10 * noise)
+    best = (np.inf, GRID[2] * scale)
+    for share in GRID:
+        x, _ = smooth_speed(t, given, noise=noise, jerk=share * scale, accel=a)
+        missed = float(np.log1p(((x - v)[held] / noise) ** 2 / 4).sum())
+        best = min(best, (missed, share * scale))
+    return best[1]
 
 
 def smooth_speed(
     time: Array, speed: Array, *, noise: float, jerk: float, accel: Array | None = None
-) -> Array:
-    r"""Speed [m/s] of a drive whose acceleration changes seldom, but then freely.
+) -> tuple[Array, Array]:
+    r"""Speed [m/s], acceleration [m/s²] of a drive that changes it seldom but freely.
 
     The likeliest path of
 
@@ -36,40 +127,79 @@ def smooth_speed(
 
     where w follows a Cauchy distribution (spectral size ``jerk`` [m/s³ √s]): smooth
     while a speed is held or a ramp driven, and free at the corners between. An
-    accelerometer, its mean offset taken off, is a second witness of a. Solved by
+    accelerometer, its median offset taken off, is a second witness of a. Solved by
     reweighted least squares on a banded system; rows without a speed are bridged.
     """
-    from scipy import sparse
-    from scipy.sparse.linalg import splu
+    out = np.zeros((len(time), 2))
+    for start in range(0, len(time), PIECE):
+        low, high = max(start - OVERLAP, 0), min(start + PIECE + OVERLAP, len(time))
+        if not np.isfinite(speed[low:high]).any():
+            continue
+        witness = None if accel is None else accel[low:high]
+        x = _piece(time[low:high], speed[low:high], witness, noise, jerk)
+        out[start : start + PIECE] = x[start - low :][:PIECE]
+    return out[:, 0], out[:, 1]
+
+
+def _piece(
+    time: Array, speed: Array, accel: Array | None, noise: float, jerk: float
+) -> Array:
+    from scipy.linalg import solveh_banded
 
     n = len(time)
     dt = np.diff(time)
     known = np.isfinite(speed)
-    seen = np.zeros(n, bool)
-    y_a, accel_noise = np.zeros(n), 1.0
-    if accel is not None and np.isfinite(accel).sum() > 10:
-        seen = np.isfinite(accel) & known
-        slope = np.gradient(np.interp(time, time[known], speed[known]), time)
-        y_a = np.where(seen, accel - np.median((accel - slope)[seen]), 0.0)
-        accel_noise = max(sensor_noise(accel), 1e-6)
-    one = np.ones(n - 1)
-    shape = (n - 1, n)
-    D = sparse.diags_array([-one, one], offsets=[0, 1], shape=shape)
-    M = sparse.diags_array([dt / 2, dt / 2], offsets=[0, 1], shape=shape)
-    I, Z, O = sparse.identity(n), sparse.csr_array((n, n)), sparse.csr_array(shape)
-    blocks = [[D, -M], [O, D], [I, Z], [Z, I]]
-    order = np.arange(2 * n).reshape(2, n).T.ravel()  # v, a side by side: a narrow band
-    A = sparse.block_array(blocks).tocsc()[:, order]
-    y = np.concatenate([np.zeros(2 * n - 2), np.where(known, speed, 0.0), y_a])
-    fixed = [known / noise**2, seen / accel_noise**2 + 1e-9]
-    weight = one
+    seen, offset, accel_noise = _witness(time, speed, accel)
+    right = np.zeros(2 * n)
+    right[0::2] = np.where(known, speed, 0.0) / noise**2
+    sure = np.full(n, 1e-9)
+    if accel is not None:
+        sure += seen / accel_noise**2
+        right[1::2] = np.where(seen, accel - offset, 0.0) / accel_noise**2
+    weight = np.ones(n - 1)
     x = np.zeros((n, 2))
     for _ in range(ROUNDS):
-        W = np.concatenate(
-            [12 / (jerk**2 * dt**3) * weight, weight / (jerk**2 * dt), *fixed]
-        )
-        N = (A.T @ sparse.diags_array(W) @ A).tocsc()
-        x = splu(N, permc_spec="NATURAL").solve(A.T @ (W * y)).reshape(n, 2)
+        bands = _bands(dt, weight / jerk**2, known / noise**2, sure)
+        x = solveh_banded(
+            bands, right, lower=True, overwrite_ab=True, check_finite=False
+        ).reshape(n, 2)
         jump = np.diff(x[:, 1]) / np.sqrt(dt) / jerk
         weight = 2 / (1 + jump * jump)
-    return x[:, 0]
+    return x
+
+
+def _witness(
+    time: Array, speed: Array, accel: Array | None
+) -> tuple[NDArray[np.bool_], float, float]:
+    """Return the rows where an acceleration is known, its offset and its noise."""
+    nothing = np.zeros(len(time), dtype=bool)
+    if accel is None or np.isfinite(accel).sum() <= 10:
+        return nothing, 0.0, 1.0
+    known = np.isfinite(speed)
+    seen = np.isfinite(accel) & known
+    if not seen.any():
+        return nothing, 0.0, 1.0
+    slope = np.gradient(np.interp(time, time[known], speed[known]), time)
+    offset = float(np.median((accel - slope)[seen]))
+    return seen, offset, max(sensor_noise(accel), 1e-6)
+
+
+def _bands(dt: Array, stiff: Array, v_sure: Array, a_sure: Array) -> Array:
+    """Return the lower bands of the normal equations of v and a, side by side."""
+    n = len(v_sure)
+    w_v, w_a = 12 * stiff / dt**3, stiff / dt
+    half = w_v * dt / 2
+    mixed = half * dt / 2
+    bands = np.zeros((4, 2 * n))
+    bands[0, 0::2] = v_sure
+    bands[0, 1::2] = a_sure
+    for side in (slice(0, -1), slice(1, None)):
+        bands[0, 0::2][side] += w_v
+        bands[0, 1::2][side] += mixed + w_a
+    bands[1, 0::2][:-1] += half
+    bands[1, 0::2][1:] -= half
+    bands[1, 1::2][:-1] = -half
+    bands[2, 0::2][:-1] = -w_v
+    bands[2, 1::2][:-1] = mixed - w_a
+    bands[3, 0::2][:-1] = half
+    return bands

@@ -33,6 +33,7 @@ EFFECT = Effect(
         ),
     ),
     channels=("accel_x_mps2", "motor_current_a", "battery_power_w"),
+    files=("profile",),
     sink="road_grade",
     seen_as="a force with the sign of the direction driven",
     source="T. D. Gillespie, Fundamentals of Vehicle Dynamics, SAE, 1992, ch. 4",

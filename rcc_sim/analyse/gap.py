@@ -1,0 +1,359 @@
+"""Where a log and a model part: energy, channels, regimes, stages, windows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rcc_sim.analyse.gap_channels import ChannelGap, channel_gap, noise_of
+from rcc_sim.analyse.gap_energy import (
+    EnergyGap,
+    bias_noise,
+    energy_noise,
+    energy_tolerance,
+    logged_power,
+    row_weights,
+    shaft_power,
+)
+from rcc_sim.analyse.gap_regimes import (
+    RegimeGap,
+    Scale,
+    labels,
+    regime_gaps,
+    rows_in,
+)
+from rcc_sim.analyse.gap_replays import (
+    PIECE,
+    Progress,
+    Tolerances,
+    predicted,
+    tolerances,
+)
+from rcc_sim.analyse.gap_stages import StageGap, stage_gaps, untorqued
+from rcc_sim.analyse.gap_windows import Window, windows
+from rcc_sim.analyse.logcheck.finding import Finding
+from rcc_sim.analyse.logged import COMPARED, Logged
+from rcc_sim.definitions.vehicle import Vehicle
+from rcc_sim.errors import InputError
+from rcc_sim.simulate.replay import Drive, drive_of, has, is_imposed
+from rcc_sim.trace import Trace
+from rcc_sim.units import J_PER_WH
+
+Array = NDArray[np.float64]
+
+LATERAL = ("yaw_rate_radps", "accel_y_mps2")
+"""Channels that are not judged while the vehicle hardly moves."""
+
+SLOW = 0.4
+"""Speed, of the vehicle's own, below which they are not. [1]"""
+
+AVERAGED = 10.0
+"""Times of the vehicle's own over which a window's difference is averaged. [1]"""
+
+USED = (*COMPARED, "motor_speed_radps")
+
+
+@dataclass(frozen=True)
+class Gap:
+    """What :func:`gap` found; measured less simulated throughout.
+
+    Parameters
+    ----------
+    log, vehicle : str
+        Names.
+    mode : str
+        ``commanded`` or ``imposed``.
+    energy : EnergyGap
+        With its uncertainty.
+    channels, regimes, stages, windows : tuple
+        Where it sits.
+    findings : tuple of Finding
+        What the check of the log found, and what was left out.
+    notes : tuple of str
+        What a person should know of how it was compared.
+    kinds : ndarray of int
+        Regime of each row.
+    measured : Trace
+        The log as compared.
+    simulated : dict of ndarray
+        The prediction at its rows.
+    """
+
+    log: str
+    vehicle: str
+    mode: str
+    energy: EnergyGap
+    channels: tuple[ChannelGap, ...]
+    regimes: tuple[RegimeGap, ...]
+    stages: tuple[StageGap, ...]
+    windows: tuple[Window, ...]
+    findings: tuple[Finding, ...]
+    notes: tuple[str, ...]
+    kinds: NDArray[np.intp]
+    measured: Trace
+    simulated: dict[str, Array]
+
+
+def gap(
+    logged: Logged,
+    vehicle: Vehicle,
+    *,
+    repeats: Sequence[Trace] = (),
+    window: float | None = None,
+    progress: Progress | None = None,
+) -> Gap:
+    """Compare a log with a vehicle's model that is driven as the log was.
+
+    The model runs freely: commanded where the log holds the commands that the
+    vehicle's controller obeys, else on the measured motion.
+
+    Parameters
+    ----------
+    logged : Logged
+        From :func:`rcc_sim.analyse.logged.open_log`.
+    vehicle : Vehicle
+        The model, with the sds of its figures.
+    repeats : sequence of Trace
+        Other logs of the same drive, from which noise is known.
+    window : float or None
+        Time before a row over which its currents and powers are means; None: 10 ms,
+        or the whole interval of a simulated trace. [s]
+    progress : callable or None
+        Told the share that is done.
+
+    Raises
+    ------
+    InputError
+        If nothing drives the model, or it predicts nothing that the log holds.
+    """
+    log = logged.log
+    _refuse_unusable(logged, vehicle)
+    drive = drive_of(log, vehicle, window or _window(log))
+    if drive.imposed:  # power follows from the motion, not from the torque logged
+        drive = untorqued(drive)
+    names = USED
+    tell = progress or (lambda share: None)
+    simulated = predicted(
+        vehicle, drive, names, progress=lambda share: tell(0.3 * share)
+    )
+    channels = _channels(log, drive, simulated)
+    base = {c: simulated[c] for c in (*channels, *_powers(simulated))}
+    moved = tolerances(
+        vehicle, drive, base, progress=lambda share: tell(0.3 + 0.5 * share)
+    )
+    scale = Scale.of(vehicle)
+    kinds = _kinds(log, drive, simulated, scale)
+    compared = _compared(log, drive, simulated, channels, scale)
+    memory = rows_in(drive.time, AVERAGED * scale.time)
+    gaps, sizes = [], {}
+    for name, e in compared.items():
+        noise = noise_of(name, log, e, vehicle, repeats, memory)
+        band = moved.band(name, len(log))
+        ok = np.isfinite(e)
+        gaps.append(
+            channel_gap(name, log[name], simulated[name], ok, noise=noise, band=band)
+        )
+        sizes[name] = np.hypot(noise[0], np.broadcast_to(band, len(log)))
+    energy, measured, weights = _energy(log, vehicle, drive, simulated, moved)
+    power = None if measured is None else measured - _simulated(energy, simulated)
+    tell(0.85)
+    stages = (
+        []
+        if measured is None
+        else stage_gaps(
+            log,
+            vehicle,
+            drive,
+            lambda d: _simulated(energy, predicted(vehicle, d, names)),
+            simulated=_simulated(energy, simulated),
+            measured=measured,
+            weights=weights,
+            at_battery=energy.at == "battery",
+        )
+    )
+    tell(1.0)
+    return Gap(
+        log.name,
+        vehicle.name,
+        "imposed" if drive.imposed else "commanded",
+        energy,
+        tuple(gaps),
+        tuple(regime_gaps(kinds, log["time_s"], power, weights)),
+        tuple(stages),
+        tuple(windows(log["time_s"], compared, sizes, memory)),
+        logged.findings,
+        _notes(log, drive, energy, gaps, moved, vehicle),
+        kinds,
+        log,
+        simulated,
+    )
+
+
+def _refuse_unusable(logged: Logged, vehicle: Vehicle) -> None:
+    """Say why the speed is missing that would have to drive the model."""
+    log = logged.log
+    if not is_imposed(log, vehicle) or has(log, "speed_mps"):
+        return
+    for finding in logged.findings:
+        if finding.channel == "speed_mps" and finding.severity == "error":
+            raise InputError(
+                f"{log.name}: speed_mps: {finding.what}",
+                "the motion has to drive the model, for the log holds no commands "
+                f"that {vehicle.name} obeys; {finding.action}",
+            )
+
+
+def _window(log: Trace) -> float:
+    """Return 10 ms, or without end for a trace whose flows are means since a row."""
+    return 1e9 if "battery_energy_j" in log else 0.01
+
+
+def _channels(log: Trace, drive: Drive, simulated: dict[str, Array]) -> tuple[str, ...]:
+    found = [c for c in COMPARED if has(log, c) and c in simulated]
+    if drive.imposed and "speed_mps" in found:
+        found.remove("speed_mps")
+    if drive.imposed and not drive.steered:
+        found = [c for c in found if c not in LATERAL or c == "accel_y_mps2"]
+        if not has(log, "yaw_rate_radps"):
+            found = [c for c in found if c not in LATERAL]
+    if not found:
+        has_now = ", ".join(n for n in log.columns if n != "time_s")
+        raise InputError(
+            f"{log.name}: nothing to compare: the model is driven by all that it holds",
+            f"there are {has_now}",
+        )
+    return tuple(found)
+
+
+def _powers(simulated: dict[str, Array]) -> list[str]:
+    extra = ("battery_power_w", "motor_torque_nm", "motor_speed_radps")
+    return [name for name in extra if name in simulated]
+
+
+def _kinds(
+    log: Trace, drive: Drive, simulated: dict[str, Array], scale: Scale
+) -> NDArray[np.intp]:
+    speed = drive.measured[0]
+    if not np.isfinite(speed).any():
+        speed = simulated["speed_mps"]
+    yaw = drive.measured[2] if has(log, "yaw_rate_radps") else None
+    turn = simulated["yaw_rate_radps"] if yaw is None else yaw
+    return labels(drive.time, speed, turn, simulated["motor_torque_nm"], scale)
+
+
+def _compared(
+    log: Trace,
+    drive: Drive,
+    simulated: dict[str, Array],
+    channels: Sequence[str],
+    scale: Scale,
+) -> dict[str, Array]:
+    """Return measured less simulated per channel, NaN where it is not judged."""
+    speed = np.where(
+        np.isfinite(drive.measured[0]), drive.measured[0], simulated["speed_mps"]
+    )
+    moves = speed > SLOW * scale.speed
+    out = {}
+    for name in channels:
+        e = log[name] - simulated[name]
+        e[0] = np.nan  # a mean over the time before the first row is not known
+        if name in LATERAL:
+            e = np.where(moves, e, np.nan)
+        if np.isfinite(e).any():
+            out[name] = e
+    return out
+
+
+def _simulated(energy: EnergyGap, columns: dict[str, Array]) -> Array:
+    if energy.at == "battery":
+        return columns["battery_power_w"]
+    return columns["motor_torque_nm"] * columns["motor_speed_radps"]
+
+
+def _energy(
+    log: Trace,
+    vehicle: Vehicle,
+    drive: Drive,
+    simulated: dict[str, Array],
+    moved: Tolerances,
+) -> tuple[EnergyGap, Array | None, Array]:
+    """Return the energy gap, the measured power and the time each row stands for."""
+    at, measured = "battery", logged_power(log)
+    if measured is None:
+        at, measured = "shaft", shaft_power(log.columns, vehicle)
+    if measured is None:
+        return EnergyGap("", None, None), None, np.zeros(len(log))
+    energy = EnergyGap(at, None, None)
+    model = _simulated(energy, simulated)
+    ok = np.isfinite(measured) & np.isfinite(model)
+    ok[0] = False
+    weights = row_weights(drive.time, ok)
+    if not weights.any():
+        return EnergyGap("", None, None), None, weights
+    column = "battery_power_w" if at == "battery" else "shaft_power_w"
+    if at == "shaft":
+        moved = _with_shaft(moved, simulated)
+    noise = energy_noise(measured - model, weights, moved, column)
+    bias = bias_noise(log, vehicle, measured, weights) if at == "battery" else 0.0
+    energy = EnergyGap(
+        at,
+        float((np.where(ok, measured, 0) * weights).sum()) / J_PER_WH,
+        float((np.where(ok, model, 0) * weights).sum()) / J_PER_WH,
+        noise_wh=float(np.hypot(noise, bias)),
+        tolerance_wh=energy_tolerance(weights, moved, column),
+    )
+    step = _step_error(vehicle, drive, energy, model, weights)
+    return replace(energy, numerical_wh=step), measured, weights
+
+
+def _with_shaft(moved: Tolerances, simulated: dict[str, Array]) -> Tolerances:
+    tau, omega = (
+        simulated[c][moved.rows] for c in ("motor_torque_nm", "motor_speed_radps")
+    )
+    shifts = (tau + moved.moved["motor_torque_nm"]) * (
+        omega + moved.moved["motor_speed_radps"]
+    ) - tau * omega
+    return replace(moved, moved={**moved.moved, "shaft_power_w": shifts})
+
+
+def _step_error(
+    vehicle: Vehicle, drive: Drive, energy: EnergyGap, model: Array, weights: Array
+) -> float:
+    """Return what half the time step does to the energy [Wh]; a long log's in part."""
+    rows = slice(0, min(len(model), PIECE // 4))
+    columns = ("battery_power_w", "motor_torque_nm", "motor_speed_radps")
+    part = drive if rows.stop == len(model) else drive.part(rows)
+    fine = _simulated(energy, predicted(vehicle, part, columns, substeps=2))
+    change = np.where(weights[rows] > 0, fine - model[rows], 0.0) * weights[rows]
+    whole = float(weights.sum() / max(weights[rows].sum(), 1e-30))
+    return abs(float(change.sum())) * whole / J_PER_WH
+
+
+def _notes(
+    log: Trace,
+    drive: Drive,
+    energy: EnergyGap,
+    gaps: Sequence[ChannelGap],
+    moved: Tolerances,
+    vehicle: Vehicle,
+) -> tuple[str, ...]:
+    notes = []
+    if drive.imposed:
+        notes.append("no commands that the controller obeys: the motion is imposed")
+    if energy.at == "shaft":
+        notes.append("the battery was not logged: the energy is that of the shaft")
+    if not energy.at:
+        notes.append("neither battery nor shaft was logged: there is no energy gap")
+    if any(g.noise_from == "guess" for g in gaps):
+        notes.append(
+            "noise is guessed from the log; --repeats or the vehicle file's [sensors] "
+            "would tell it"
+        )
+    if not moved.keys:
+        notes.append(f"{vehicle.name} states no sd: u_val holds noise alone")
+    elif len(moved.rows) < len(log):
+        notes.append("a long log: the tolerances were tried on stretches of it")
+    return tuple(notes)

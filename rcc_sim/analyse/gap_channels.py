@@ -1,0 +1,193 @@
+"""How far each channel is from its prediction, and how far noise alone puts it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rcc_sim.analyse.iso18571 import rating
+from rcc_sim.definitions.vehicle import Vehicle
+from rcc_sim.simulate.smooth import sensor_noise
+from rcc_sim.trace import Trace
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+MEMORY = 10.0
+"""Times of the vehicle's own over which noise may remember itself. [1]"""
+
+SAMPLE = 200_000
+"""Rows from which the size of a noise is judged."""
+
+FEWEST = 20
+"""Points without which it has none."""
+
+RATED = 800
+"""Points that a channel is thinned to for its ISO score."""
+
+
+@dataclass(frozen=True)
+class Theil:
+    """Shares of a mean square error, after Theil; they sum to 1."""
+
+    bias: float
+    variance: float
+    covariance: float
+
+
+@dataclass(frozen=True)
+class ChannelGap:
+    """One channel, measured less simulated.
+
+    Parameters
+    ----------
+    channel : str
+        Column; its unit is that of rmse, bias, noise and tolerance.
+    rows : int
+        Rows compared.
+    rmse, bias : float
+        Root mean square and mean of the difference.
+    noise : float
+        Standard deviation of what no model foresees.
+    noise_from : str
+        ``repeats``, ``vehicle file``, or ``guess`` from the log itself.
+    tolerance : float
+        Root mean square of what the file's sds do to the channel.
+    theil : Theil or None
+        None where the two do not differ.
+    score : float or None
+        Rating of ISO/TS 18571; None where the channel is constant or too short.
+    """
+
+    channel: str
+    rows: int
+    rmse: float
+    bias: float
+    noise: float
+    noise_from: str
+    tolerance: float
+    theil: Theil | None
+    score: float | None
+
+    @property
+    def ratio(self) -> float | None:
+        """The difference in units of noise and tolerance together."""
+        size = float(np.hypot(self.noise, self.tolerance))
+        return self.rmse / size if size > 0 else None
+
+
+def channel_gap(
+    name: str,
+    measured: Array,
+    simulated: Array,
+    ok: Mask,
+    *,
+    noise: tuple[float, str],
+    band: Array | float,
+) -> ChannelGap:
+    """Compare one channel over the rows that are ``ok``."""
+    m, s = measured[ok], simulated[ok]
+    e = m - s
+    tolerance = np.broadcast_to(band, len(measured))[ok]
+    return ChannelGap(
+        name,
+        len(e),
+        float(np.sqrt(np.mean(e * e))),
+        float(np.mean(e)),
+        *noise,
+        float(np.sqrt(np.mean(tolerance**2))),
+        theil(m, s),
+        iso_score(m, s),
+    )
+
+
+def theil(measured: Array, simulated: Array) -> Theil | None:
+    r"""Split a mean square error into bias, variance and covariance.
+
+    .. math:: MSE = (\bar s - \bar m)^2 + (\sigma_s - \sigma_m)^2
+              + 2 (1 - \rho) \sigma_s \sigma_m
+
+    References
+    ----------
+    .. [1] H. Theil, Applied Economic Forecasting, North-Holland, 1966.
+    """
+    mean_square = float(np.mean((measured - simulated) ** 2))
+    if mean_square <= 0:
+        return None
+    bias = float(np.mean(simulated) - np.mean(measured)) ** 2 / mean_square
+    spread = float(np.std(simulated) - np.std(measured)) ** 2 / mean_square
+    return Theil(bias, spread, max(1 - bias - spread, 0.0))
+
+
+def iso_score(measured: Array, simulated: Array) -> float | None:
+    """Return the rating of ISO/TS 18571, thinned by means; None where it has none."""
+    size = -(-len(measured) // RATED)
+    rows = len(measured) // size
+    m, s = (x[: rows * size].reshape(rows, size).mean(1) for x in (measured, simulated))
+    if rows < FEWEST or min(np.ptp(m), np.ptp(s)) <= 0:
+        return None
+    return rating(m, s)
+
+
+def noise_of(
+    name: str,
+    log: Trace,
+    residual: Array,
+    vehicle: Vehicle,
+    repeats: Sequence[Trace],
+    memory: int,
+) -> tuple[float, str]:
+    """Return the noise of a channel, and where its size is taken from.
+
+    Repeats of the drive know best. A vehicle file's ``[sensors]`` knows the sensor but
+    not the road; without one the log's own second differences have to do. To both is
+    added what the difference to the model does at random over a short while, which is
+    where a rough road and what it makes of speed and current show.
+    """
+    spread = _repeated(name, log, repeats)
+    if spread is not None:
+        return spread, "repeats"
+    sensor = vehicle.sensors.get(name)
+    short = residual[:SAMPLE]
+    road = wander(short, memory)
+    if sensor is not None and sensor.noise_sd is not None:
+        step = sensor.resolution.value if sensor.resolution is not None else 0.0
+        sd = float(np.hypot(sensor.noise_sd.value, step / np.sqrt(12)))
+        return max(sd, road), "vehicle file"
+    guess = min(sensor_noise(log[name]), sensor_noise(residual))
+    return max(guess, road), "guess"
+
+
+def wander(residual: Array, memory: int) -> float:
+    """Return how far a difference strays at random within some rows.
+
+    Half the variance of its change over 1, 2, 4 … rows, by the median, so that what
+    happens seldom, or stays, does not count; the largest.
+    """
+    size, lag = 0.0, 1
+    while lag <= max(memory, 1) and lag < len(residual) // 4:
+        change = residual[lag:] - residual[:-lag]
+        change = change[np.isfinite(change)]
+        if len(change) > 10:
+            size = max(size, 1.4826 * float(np.median(np.abs(change))) / np.sqrt(2))
+        lag *= 2
+    return size
+
+
+def _repeated(name: str, log: Trace, repeats: Sequence[Trace]) -> float | None:
+    """Return the sd of a channel between repeats, at equal times from their starts."""
+    time = log["time_s"] - log["time_s"][0]
+    squares = []
+    for other in repeats:
+        if name not in other:
+            continue
+        known = np.isfinite(other[name])
+        clock = (other["time_s"] - other["time_s"][0])[known]
+        there = np.interp(time, clock, other[name][known], left=np.nan, right=np.nan)
+        difference = (log[name] - there)[np.isfinite(log[name] - there)]
+        if len(difference) > 10:
+            squares.append(float(np.var(difference)) / 2)
+    return float(np.sqrt(np.mean(squares))) if squares else None

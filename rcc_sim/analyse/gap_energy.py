@@ -1,0 +1,195 @@
+"""The energy gap of a drive, and how large it may be while the model is right."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rcc_sim.analyse.gap_replays import Tolerances
+from rcc_sim.definitions.kernel import motor_torque_constant
+from rcc_sim.definitions.vehicle import Vehicle
+from rcc_sim.simulate.replay import has
+from rcc_sim.simulate.smooth import sensor_noise
+from rcc_sim.trace import Trace
+from rcc_sim.units import J_PER_WH
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+COVERAGE = 2.0
+"""Standard uncertainties within which a gap is none: 95 %."""
+
+HOLE = 5.0
+"""Median intervals beyond which nothing is said of the time between two rows."""
+
+BLOCKS = 40
+"""Stretches between which the scatter of the power is judged."""
+
+
+@dataclass(frozen=True)
+class EnergyGap:
+    """Measured against simulated energy, after ASME V&V 20.
+
+    Parameters
+    ----------
+    at : str
+        Where it is measured: ``battery``, ``shaft``, or empty where nowhere.
+    measured_wh, simulated_wh : float or None
+        Over the same rows. [Wh]
+    noise_wh, tolerance_wh, numerical_wh : float
+        Standard uncertainties: of the data and the road, of the file's figures, of
+        the time step. [Wh]
+    """
+
+    at: str
+    measured_wh: float | None
+    simulated_wh: float | None
+    noise_wh: float = 0.0
+    tolerance_wh: float = 0.0
+    numerical_wh: float = 0.0
+
+    @property
+    def gap_wh(self) -> float | None:
+        """Measured less simulated. [Wh]"""
+        if self.measured_wh is None or self.simulated_wh is None:
+            return None
+        return self.measured_wh - self.simulated_wh
+
+    @property
+    def gap_percent(self) -> float | None:
+        """The gap in percent of what was measured."""
+        if self.gap_wh is None or not self.measured_wh:
+            return None
+        return 100 * self.gap_wh / abs(self.measured_wh)
+
+    @property
+    def u_val(self) -> float:
+        r"""Standard uncertainty of the gap. [Wh]
+
+        .. math:: u_{val}^2 = u_D^2 + u_{input}^2 + u_{num}^2
+        """
+        parts = (self.noise_wh, self.tolerance_wh, self.numerical_wh)
+        return float(np.sqrt(sum(part * part for part in parts)))
+
+    @property
+    def within(self) -> bool | None:
+        """Whether the gap is none: at most twice its standard uncertainty."""
+        return (
+            None if self.gap_wh is None else abs(self.gap_wh) <= COVERAGE * self.u_val
+        )
+
+
+def logged_power(log: Trace) -> Array | None:
+    """Return the power at the battery's terminals [W], where the log tells."""
+    if has(log, "battery_power_w"):
+        return log["battery_power_w"]
+    if has(log, "battery_voltage_v") and has(log, "battery_current_a"):
+        return log["battery_voltage_v"] * log["battery_current_a"]
+    return None
+
+
+def shaft_power(columns: Mapping[str, Array], vehicle: Vehicle) -> Array | None:
+    """Return the power at the motor's shaft [W], from torque or current, and speed."""
+    torque = shaft_torque(columns, vehicle)
+    if torque is None:
+        return None
+    if "motor_speed_radps" in columns:
+        return torque * columns["motor_speed_radps"]
+    if "speed_mps" not in columns:
+        return None
+    gear = vehicle.drivetrain.gear_ratio.value / vehicle.tyres.radius_m.value
+    return torque * columns["speed_mps"] * gear
+
+
+def shaft_torque(columns: Mapping[str, Array], vehicle: Vehicle) -> Array | None:
+    """Return the motor's torque [N m] as logged, or from its current."""
+    torque = columns.get("motor_torque_nm")
+    if torque is not None and np.isfinite(torque).any():
+        return torque
+    current = columns.get("motor_current_a")
+    K_t = motor_torque_constant(vehicle)
+    if current is None or not np.isfinite(current).any() or not K_t:
+        return None
+    return K_t * current
+
+
+def row_weights(time: Array, ok: Mask) -> Array:
+    """Return the time that each row stands for, by the trapezoidal rule. [s]
+
+    Rows that are not ``ok`` stand for none, and holes longer than five intervals are
+    left out on both sides alike.
+    """
+    weights = np.zeros(len(time))
+    rows = np.flatnonzero(ok)
+    if len(rows) < 2:
+        return weights
+    steps = np.diff(time[rows])
+    steps = np.where(steps > HOLE * np.median(np.diff(time)), 0.0, steps)
+    weights[rows[1:]] += 0.5 * steps
+    weights[rows[:-1]] += 0.5 * steps
+    return weights
+
+
+def energy_noise(
+    gap: Array, weights: Array, tolerances: Tolerances, column: str
+) -> float:
+    """Return the uncertainty of an energy that noise and a rough road leave. [Wh]
+
+    The power's gap, less what the tolerances explain of it, scatters from stretch to
+    stretch; that scatter, without its mean, adds up over the drive.
+    """
+    rows = tolerances.rows
+    w, e = weights[rows], np.where(np.isfinite(gap[rows]), gap[rows], 0.0)
+    place = np.arange(len(rows)) * BLOCKS // len(rows)
+    blocks = np.bincount(place, w * e, BLOCKS)
+    moved = tolerances.moved.get(column, np.zeros((0, len(rows))))
+    shifts = [
+        np.bincount(place, w * np.where(np.isfinite(m), m, 0.0), BLOCKS) for m in moved
+    ]
+    X = np.array([*shifts, np.ones(BLOCKS) * np.abs(blocks).mean() * 10]).T
+    scatter = float(np.var(blocks)) + 1e-30
+    for _ in range(4):
+        N = X.T @ X / scatter + np.eye(X.shape[1])
+        left = blocks - X @ np.linalg.solve(N, X.T @ blocks / scatter)
+        scatter = max(float(np.var(left)), 1e-30)
+    whole = float(weights.sum() / max(w.sum(), 1e-30))
+    return float(np.sqrt(scatter * BLOCKS * whole)) / J_PER_WH
+
+
+def bias_noise(log: Trace, vehicle: Vehicle, power: Array, weights: Array) -> float:
+    """Return what a constant bias of the current's sensor does to an energy. [Wh]
+
+    Its size is the vehicle file's ``bias_sd``, or else guessed as the sensor's noise.
+    """
+    if has(log, "battery_power_w"):
+        return _bias(log, vehicle, "battery_power_w") * float(weights.sum()) / J_PER_WH
+    if not has(log, "battery_current_a"):
+        return 0.0
+    voltage = np.where(weights > 0, log["battery_voltage_v"], 0.0)
+    joules = float((np.abs(voltage) * weights).sum())
+    current = np.where(weights > 0, log["battery_current_a"], 0.0)
+    ampere_seconds = abs(float((current * weights).sum()))
+    by_current = _bias(log, vehicle, "battery_current_a") * joules
+    by_voltage = _bias(log, vehicle, "battery_voltage_v") * ampere_seconds
+    return float(np.hypot(by_current, by_voltage)) / J_PER_WH
+
+
+def _bias(log: Trace, vehicle: Vehicle, column: str) -> float:
+    sensor = vehicle.sensors.get(column)
+    if sensor is not None and sensor.bias_sd is not None:
+        return sensor.bias_sd.value
+    return sensor_noise(log[column])
+
+
+def energy_tolerance(weights: Array, tolerances: Tolerances, column: str) -> float:
+    """Return the uncertainty of a simulated energy that the file's sds leave. [Wh]"""
+    moved = tolerances.moved.get(column)
+    if moved is None or not len(moved):
+        return 0.0
+    w = weights[tolerances.rows]
+    whole = float(weights.sum() / max(w.sum(), 1e-30))
+    shifts = np.where(np.isfinite(moved), moved, 0.0) @ w * whole
+    return float(np.sqrt((shifts**2).sum())) / J_PER_WH

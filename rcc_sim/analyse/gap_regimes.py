@@ -1,0 +1,152 @@
+"""Kinds of driving, told apart by the vehicle's own scale of time and speed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rcc_sim.definitions.vehicle import Vehicle
+from rcc_sim.units import J_PER_WH
+
+Array = NDArray[np.float64]
+Labels = NDArray[np.intp]
+
+REGIMES = (
+    *("standstill", "launch", "acceleration", "cruise", "coast", "braking"),
+    *("corner_entry", "corner_mid", "corner_exit"),
+)
+
+STANDS = 0.02
+"""Speed, of the vehicle's own, below which it stands. [1]"""
+
+LAUNCHES = 0.3
+"""Speed, of the vehicle's own, up to which an acceleration is a launch. [1]"""
+
+STEADY = 0.02
+"""Acceleration, of the vehicle's own, below which it cruises. [1]"""
+
+CORNERS = 0.04
+"""Lateral acceleration, of the vehicle's own, above which it corners. [1]"""
+
+TURNS_IN = 0.01
+"""Change of the lateral acceleration, of the vehicle's own, of entry and exit. [1]"""
+
+IDLE = 0.05
+"""Share of the drive's largest torque below which the motor neither drives nor
+brakes. [1]"""
+
+
+@dataclass(frozen=True)
+class Scale:
+    r"""A vehicle's own units, from its mass, wheelbase and front tyres.
+
+    .. math:: t = \sqrt{m l / C_F}, \quad v = l / t, \quad a = l / t^2
+    """
+
+    time: float
+    speed: float
+    accel: float
+
+    @classmethod
+    def of(cls, vehicle: Vehicle) -> Scale:
+        """Return the scale of a vehicle. [s], [m/s], [m/s²]"""
+        C_F = vehicle.tyres.front_cornering_stiffness_n_per_rad.value
+        l = vehicle.wheelbase
+        t = float(np.sqrt(vehicle.body.mass_kg.value * l / C_F))
+        return cls(t, l / t, l / t**2)
+
+
+@dataclass(frozen=True)
+class RegimeGap:
+    """What one kind of driving has of the gap."""
+
+    regime: str
+    time_s: float
+    gap_wh: float | None
+    share: float | None
+
+
+def rows_in(time: Array, seconds: float) -> int:
+    """Return how many rows a time lasts, an odd number. [s]"""
+    return 2 * round(seconds / float(np.median(np.diff(time))) / 2) + 1
+
+
+def moving_mean(x: Array, rows: int) -> Array:
+    """Return the mean of a channel over some rows about each, gaps bridged."""
+    from scipy.ndimage import uniform_filter1d
+
+    known = np.isfinite(x)
+    if not known.any():
+        return np.zeros(len(x))
+    places = np.arange(len(x))
+    whole = x if known.all() else np.interp(places, places[known], x[known])
+    return np.asarray(uniform_filter1d(whole, min(rows, len(x)), mode="nearest"))
+
+
+def labels(
+    time: Array, speed: Array, yaw_rate: Array, torque: Array, scale: Scale
+) -> Labels:
+    """Return the place in :data:`REGIMES` of what the vehicle does at each row.
+
+    Parameters
+    ----------
+    time, speed, yaw_rate, torque : ndarray, shape (n,)
+        Of the drive, measured or simulated; the motor's torque tells coasting from
+        braking. [s], [m/s], [rad/s], [N m]
+    scale : Scale
+        The vehicle's own time, speed and acceleration.
+    """
+    rows = rows_in(time, scale.time)
+    v = moving_mean(speed, rows)
+    a = moving_mean(np.gradient(v, time), rows)
+    sideways = moving_mean(v * moving_mean(yaw_rate, rows), rows)
+    turning = moving_mean(np.gradient(np.abs(sideways), time), rows)
+    tau = moving_mean(torque, rows)
+    slow = STEADY * scale.accel
+    gentle = TURNS_IN * scale.accel / scale.time
+    corners = (np.abs(sideways) > CORNERS * scale.accel) & (
+        np.abs(sideways) > np.abs(a)
+    )
+    idle = np.abs(tau) <= IDLE * max(float(np.max(np.abs(tau))), 1e-12)
+    kinds = (
+        (v < STANDS * scale.speed) & (np.abs(a) < slow),
+        corners & (turning > gentle),
+        corners & (turning < -gentle),
+        corners,
+        (a > slow) & (v < LAUNCHES * scale.speed),
+        a > slow,
+        (a < 0) & idle,
+        a < -slow,
+    )
+    names = (
+        *("standstill", "corner_entry", "corner_exit", "corner_mid"),
+        *("launch", "acceleration", "coast", "braking"),
+    )
+    places = [REGIMES.index(name) for name in names]
+    return np.select(kinds, places, REGIMES.index("cruise")).astype(np.intp)
+
+
+def regime_gaps(
+    kinds: Labels, time: Array, gap: Array | None, weights: Array
+) -> list[RegimeGap]:
+    """Return time and energy gap of each kind of driving that occurs.
+
+    ``share`` is of the sum of all sizes, so that kinds that cancel do not hide.
+    """
+    spans = np.gradient(time)
+    lasts = np.bincount(kinds, spans, len(REGIMES))
+    if gap is None:
+        return [
+            RegimeGap(name, float(lasts[k]), None, None)
+            for k, name in enumerate(REGIMES)
+            if lasts[k] > 0
+        ]
+    joules = np.bincount(kinds, np.where(weights > 0, gap, 0) * weights, len(REGIMES))
+    total = float(np.abs(joules).sum()) or 1.0
+    return [
+        RegimeGap(name, float(lasts[k]), joules[k] / J_PER_WH, joules[k] / total)
+        for k, name in enumerate(REGIMES)
+        if lasts[k] > 0
+    ]

@@ -1,0 +1,162 @@
+"""Replays that a gap is made of: the model's prediction, and what its sds do to it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rcc_sim.definitions.figure import Z_90, Figure
+from rcc_sim.definitions.vehicle import Vehicle
+from rcc_sim.simulate.replay import Drive, replay
+
+Array = NDArray[np.float64]
+Progress = Callable[[float], None]
+
+PIECE = 250_000
+"""Rows that are replayed at once; a longer drive goes in pieces."""
+
+RUN_IN = 30.0
+"""Time before a piece from which it is run, so that its start does not matter. [s]"""
+
+SAMPLED = 60_000
+"""Rows on which the tolerances of a longer drive are tried, in stretches."""
+
+STRETCHES = 6
+CORES = 2
+
+
+def predicted(
+    vehicle: Vehicle,
+    drive: Drive,
+    columns: Sequence[str],
+    *,
+    substeps: int = 1,
+    progress: Progress | None = None,
+) -> dict[str, Array]:
+    """Return some columns of a free replay, at the log's rows.
+
+    A drive of more than :data:`PIECE` rows runs in pieces, each from half a minute
+    before its first row, which is what keeps memory small.
+    """
+    n = len(drive.time)
+    if n <= PIECE:
+        out = replay(vehicle, drive, substeps=substeps)
+        return {name: out[name] for name in columns if name in out}
+    pieces = list(_pieces(drive.time))
+
+    def one(piece: tuple[int, int, int]) -> dict[str, Array]:
+        low, start, end = piece
+        out = replay(vehicle, drive.part(slice(low, end)), substeps=substeps)
+        return {c: out[c][start - low :].copy() for c in columns if c in out}
+
+    parts = []
+    with ThreadPoolExecutor(CORES) as pool:
+        for done, part in enumerate(pool.map(one, pieces), start=1):
+            parts.append(part)
+            if progress is not None:
+                progress(done / len(pieces))
+    return {c: np.concatenate([part[c] for part in parts]) for c in parts[0]}
+
+
+def _pieces(time: Array) -> Iterator[tuple[int, int, int]]:
+    """Yield first row of the run-in, first row and one-past-last row of each piece."""
+    for start in range(0, len(time), PIECE):
+        low = int(np.searchsorted(time, time[start] - RUN_IN))
+        yield min(low, start), start, min(start + PIECE, len(time))
+
+
+@dataclass(frozen=True)
+class Tolerances:
+    """What the vehicle file's sds do to a prediction, each figure moved by its sd.
+
+    Parameters
+    ----------
+    keys : tuple of str
+        Figures that have an sd.
+    rows : ndarray of int
+        Rows that were looked at; of a long drive some stretches.
+    moved : dict
+        Column -> shift at those rows, shape (figures, rows).
+    """
+
+    keys: tuple[str, ...]
+    rows: NDArray[np.intp]
+    moved: dict[str, Array]
+
+    def band(self, column: str, n: int) -> Array | float:
+        """Return one sd of a column at all rows; its mean where not all were tried."""
+        moved = self.moved.get(column)
+        if moved is None or not len(moved):
+            return 0.0
+        squares = (moved**2).sum(axis=0)
+        if len(self.rows) == n:
+            return np.sqrt(squares)
+        return float(np.sqrt(np.nanmean(squares)))
+
+
+def toleranced(vehicle: Vehicle) -> dict[str, tuple[float, float]]:
+    """Return key -> value and sd, of the figures that the file is unsure of."""
+    return {
+        key: (figure.value, sd)
+        for key, figure in vehicle.figures().items()
+        if (sd := sd_of(figure)) > 0
+    }
+
+
+def sd_of(figure: Figure) -> float:
+    """Return a figure's sd; a range is taken as its 90 % interval."""
+    if figure.sd > 0 or figure.low is None or figure.high is None:
+        return figure.sd
+    return (figure.high - figure.low) / (2 * Z_90)
+
+
+def tolerances(
+    vehicle: Vehicle,
+    drive: Drive,
+    base: dict[str, Array],
+    progress: Progress | None = None,
+) -> Tolerances:
+    """Push each figure's sd through one replay; linear, one figure at a time.
+
+    Parameters
+    ----------
+    base : dict of ndarray
+        The prediction that is moved, over the whole drive.
+    """
+    figures = toleranced(vehicle)
+    parts = list(_stretches(len(drive.time)))
+    rows = np.concatenate([np.arange(p.start, p.stop) for p in parts])
+    names = tuple(base)
+    drives = [drive.part(part) if len(parts) > 1 else drive for part in parts]
+    start = [replay(vehicle, d) for d in drives] if len(parts) > 1 else [base]
+
+    def one(item: tuple[str, tuple[float, float]]) -> list[Array]:
+        key, (value, sd) = item
+        step = sd if value + sd != 0 else -sd
+        other = vehicle.changed(settings={key: value + step})
+        runs = [replay(other, d) for d in drives]
+        return [
+            np.concatenate([r[c] - s[c] for r, s in zip(runs, start, strict=True)])
+            for c in names
+        ]
+
+    shifts = []
+    with ThreadPoolExecutor(CORES) as pool:
+        for done, shift in enumerate(pool.map(one, figures.items()), start=1):
+            shifts.append(shift)
+            if progress is not None:
+                progress(done / len(figures))
+    moved = {c: np.array([s[k] for s in shifts]) for k, c in enumerate(names)}
+    return Tolerances(tuple(figures), rows, moved)
+
+
+def _stretches(n: int) -> Iterable[slice]:
+    if n <= SAMPLED:
+        return [slice(0, n)]
+    each = SAMPLED // STRETCHES
+    starts = np.linspace(0, n - each, STRETCHES).astype(int)
+    return [slice(int(s), int(s) + each) for s in starts]

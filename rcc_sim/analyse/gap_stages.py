@@ -1,0 +1,118 @@
+"""The energy gap cut up along the power chain, wherever the log measured between."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rcc_sim.analyse.gap_energy import shaft_torque
+from rcc_sim.analyse.gap_regimes import Scale, moving_mean, rows_in
+from rcc_sim.definitions.vehicle import Vehicle
+from rcc_sim.simulate.replay import Drive, drive_of, has
+from rcc_sim.trace import Trace
+from rcc_sim.units import J_PER_WH
+
+Array = NDArray[np.float64]
+Power = Callable[[Drive], Array]
+
+DRIVEN = ("speed_ref_mps", "throttle")
+
+
+@dataclass(frozen=True)
+class StageGap:
+    """What one stage of the power chain has of the gap; all stages sum to it."""
+
+    stage: str
+    gap_wh: float
+    share: float
+
+
+def stage_gaps(
+    log: Trace,
+    vehicle: Vehicle,
+    drive: Drive,
+    power: Power,
+    *,
+    simulated: Array,
+    measured: Array,
+    weights: Array,
+    at_battery: bool,
+) -> list[StageGap]:
+    """Cut the gap up by driving the model with ever more of what was measured.
+
+    The commanded model, the model on the measured speed (the rest to the former is
+    *control*), on the measured yaw rate (*lateral*), with the measured torque
+    (*mechanical*), and what was measured at last (*electrical*). What the log does
+    not tell apart stays one stage, named for both.
+
+    Parameters
+    ----------
+    power : callable
+        The simulated power [W] of a drive.
+    simulated, measured : ndarray, shape (n,)
+        Power of the drive as it is, and as logged. [W]
+    weights : ndarray, shape (n,)
+        Time that each row stands for. [s]
+    at_battery : bool
+        Whether the power is that of the battery, not of the shaft.
+    """
+    levels: list[tuple[str, Array]] = []
+    now = drive
+    if not drive.imposed and has(log, "speed_mps"):
+        now = _moved(log, vehicle, drive)
+        levels.append(("control", power(now)))
+    if now.imposed and now.steered and has(log, "yaw_rate_radps"):
+        rows = rows_in(drive.time, Scale.of(vehicle).time)
+        now = _yawed(now, rows)
+        levels.append(("lateral", power(now)))
+    torque = shaft_torque(log.columns, vehicle)
+    rest = "mechanical" if not at_battery else "mechanical and electrical"
+    if at_battery and torque is not None and now.imposed:
+        levels.append(("mechanical", power(torqued(now, torque))))
+        rest = "electrical"
+    if not now.imposed:
+        rest = f"control, {rest}"
+    levels.append((rest, measured))
+    joules = []
+    before = simulated
+    for _, after in levels:
+        change = np.where(weights > 0, after - before, 0.0)
+        joules.append(float((change * weights).sum()))
+        before = after
+    total = float(np.abs(joules).sum()) or 1.0
+    return [
+        StageGap(name, gap / J_PER_WH, gap / total)
+        for (name, _), gap in zip(levels, joules, strict=True)
+    ]
+
+
+def untorqued(drive: Drive) -> Drive:
+    """Return the drive without the torque that was measured."""
+    return torqued(drive, np.full(len(drive.time), np.nan))
+
+
+def torqued(drive: Drive, torque: Array) -> Drive:
+    """Return the drive with another measured torque. [N m]"""
+    speed, current, yaw_rate, _, accel = drive.measured
+    return replace(drive, measured=(speed, current, yaw_rate, torque, accel))
+
+
+def _moved(log: Trace, vehicle: Vehicle, drive: Drive) -> Drive:
+    """Return the drive with its measured motion imposed, its commands forgotten."""
+    kept = {n: values for n, values in log.columns.items() if n not in DRIVEN}
+    moved = drive_of(Trace(kept, name=log.name), vehicle, window=drive.window)
+    return untorqued(moved)
+
+
+def _yawed(drive: Drive, rows: int) -> Drive:
+    """Return the drive with its measured yaw rate in place of its steering."""
+    speed, current, yaw_rate, torque, accel = drive.measured
+    calm = moving_mean(yaw_rate, rows)
+    still = speed < 0.02 * float(np.max(speed))
+    if still.any():
+        calm = calm - float(np.median(calm[still]))
+    measured = (speed, current, np.ascontiguousarray(calm), torque, accel)
+    return replace(drive, steered=False, measured=measured)

@@ -1,0 +1,194 @@
+"""A log made ready for a comparison: read, checked, and what cannot be used dropped."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO
+
+import numpy as np
+
+from rcc_sim.analyse.logcheck import check_log
+from rcc_sim.analyse.logcheck.finding import (
+    ELECTRICAL,
+    INERTIAL,
+    KINEMATIC,
+    Array,
+    Finding,
+    Mask,
+    counted,
+    runs,
+)
+from rcc_sim.definitions.vehicle import Vehicle
+from rcc_sim.errors import InputError
+from rcc_sim.readers import Log, on_one_clock, read_log, with_vehicle
+from rcc_sim.simulate.smooth import sensor_noise
+from rcc_sim.trace import Trace
+
+COMPARED = (
+    *("speed_mps", "yaw_rate_radps", "accel_x_mps2", "accel_y_mps2"),
+    *("motor_current_a", "motor_torque_nm", "battery_voltage_v"),
+    *("battery_current_a", "battery_power_w"),
+)
+"""Channels that a model predicts; a log without one tells nothing."""
+
+BLANK = 0.2
+"""Share of rows without a speed above which a log holds several clocks."""
+
+BACKWARD = 0.01
+"""Speed as a share of the log's largest below which a vehicle reverses."""
+
+FEWEST = 10
+"""Rows below which a log is not compared."""
+
+
+@dataclass(frozen=True)
+class Logged:
+    """A log that can be compared with a model.
+
+    Parameters
+    ----------
+    log : Trace
+        Usable columns; time increases, NaN where a channel has no sound value.
+    findings : tuple of Finding
+        What the check found, and what was left out of the comparison.
+    reading : Log
+        What the reader made of the file.
+    """
+
+    log: Trace
+    findings: tuple[Finding, ...]
+    reading: Log
+
+
+def open_log(
+    source: str | Path,
+    vehicle: Vehicle,
+    *,
+    reader: str | None = None,
+    columns: str | Path | None = None,
+    hide: Sequence[str] = (),
+    stdin: IO[bytes] | None = None,
+) -> Logged:
+    """Read a log of any format, check it, and drop what cannot be used.
+
+    Parameters
+    ----------
+    source : str or Path
+        File, folder (a ROS 2 bag), or ``-`` for stdin.
+    vehicle : Vehicle
+        By which speeds follow from ERPM, and the check judges.
+    reader, columns : str, optional
+        As in :func:`rcc_sim.readers.read_log`.
+    hide : sequence of str
+        Measured columns to leave out.
+
+    Raises
+    ------
+    InputError
+        If the log is broken, a hidden column is not there, or nothing usable is left.
+    """
+    reading = read_log(source, reader=reader, columns=columns, stdin=stdin)
+    reading = with_vehicle(reading, vehicle)
+    trace, notes = _one_clock(_without(reading.trace, hide))
+    checked = check_log(trace, vehicle)
+    _refuse_time(checked.findings, trace.name)
+    kept = {
+        name: values
+        for name, values in checked.trace.columns.items()
+        if name not in checked.unusable
+    }
+    log, turned = _forward(Trace(kept, name=trace.name))
+    _refuse(log, checked.unusable)
+    return Logged(log, (*notes, *turned, *checked.findings), reading)
+
+
+def _without(trace: Trace, hide: Sequence[str]) -> Trace:
+    for name in hide:
+        if name not in trace or name == "time_s":
+            there = ", ".join(n for n in trace.columns if n != "time_s")
+            raise InputError(f"{trace.name}: no column {name} to hide", f"has {there}")
+    kept = {n: values for n, values in trace.columns.items() if n not in hide}
+    return Trace(kept, name=trace.name)
+
+
+def _one_clock(trace: Trace) -> tuple[Trace, tuple[Finding, ...]]:
+    """Return rows at which the speed is known, where channels came at other rates."""
+    speed = trace.columns.get("speed_mps")
+    if speed is None or not np.isfinite(speed).any():
+        return trace, ()
+    known = float(np.isfinite(speed).mean())
+    others = [
+        float(np.isfinite(speed)[np.isfinite(values)].mean())
+        for name, values in trace.columns.items()
+        if name not in ("time_s", "speed_mps") and np.isfinite(values).any()
+    ]
+    if known > 1 - BLANK or min(others, default=1.0) > 1 - BLANK:
+        return trace, ()
+    what = f"{100 * (1 - known):.0f} % of the rows have no speed: several clocks"
+    action = "compared at the rows of speed_mps; others held or interpolated there"
+    found = Finding("clocks", "speed_mps", what, action=action)
+    return on_one_clock(trace), (found,)
+
+
+def _forward(trace: Trace) -> tuple[Trace, tuple[Finding, ...]]:
+    """Return the log without what was measured while the vehicle went backwards."""
+    speed = trace.columns.get("speed_mps")
+    if speed is None or not np.isfinite(speed).any():
+        return trace, ()
+    least = max(6 * sensor_noise(speed), BACKWARD * float(np.nanmax(np.abs(speed))))
+    back = np.where(np.isfinite(speed), speed, 0.0) < -least
+    if not back.any():
+        return trace, ()
+    starts, ends = runs(back)
+    out = _reversing(np.asarray(speed), starts, ends)
+    columns = dict(trace.columns)
+    for name in (*KINEMATIC, *INERTIAL, *ELECTRICAL):
+        if name in columns and name not in ("x_m", "y_m", "yaw_rad", "elevation_m"):
+            columns[name] = np.where(out, np.nan, columns[name])
+    if "speed_ref_mps" in columns:
+        columns["speed_ref_mps"] = np.maximum(columns["speed_ref_mps"], 0.0)
+    time = trace["time_s"]
+    found = Finding(
+        "reversing",
+        "speed_mps",
+        f"the vehicle goes backwards in {counted(int(out.sum()))}",
+        where=f"{len(starts)} times, first at {time[starts[0]]:.6g} s",
+        action="left out of the comparison: the model drives forwards",
+        severity="warning",
+        start_s=float(time[starts[0]]),
+        end_s=float(time[ends[-1] - 1]),
+    )
+    return Trace(columns, name=trace.name), (found,)
+
+
+def _reversing(speed: Array, starts: Array, ends: Array) -> Mask:
+    """Return the rows from standing still, backwards, to standing still again."""
+    out = np.zeros(len(speed), dtype=bool)
+    for start, end in zip(starts, ends, strict=True):
+        first, last = int(start), int(end)
+        while first > 0 and speed[first - 1] < 0:
+            first -= 1
+        while last < len(speed) and speed[last] < 0:
+            last += 1
+        out[first:last] = True
+    return out
+
+
+def _refuse_time(findings: Sequence[Finding], name: str) -> None:
+    for finding in findings:
+        if finding.channel == "time_s" and finding.severity == "error":
+            raise InputError(f"{name}: time_s: {finding.what}", finding.action)
+
+
+def _refuse(log: Trace, unusable: Sequence[str]) -> None:
+    usable = [n for n in COMPARED if n in log and np.isfinite(log[n]).any()]
+    if not usable:
+        wrong = f"; wrong to use: {', '.join(unusable)}" if unusable else ""
+        raise InputError(
+            f"{log.name}: nothing that a model predicts is left{wrong}",
+            f"one of {', '.join(COMPARED)}; `rccsim check` says what is wrong",
+        )
+    if len(log) < FEWEST:
+        raise InputError(f"{log.name}: {counted(len(log))}: too few to compare")

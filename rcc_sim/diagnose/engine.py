@@ -1,0 +1,238 @@
+"""Simulates, whitens and fits: maximum a posteriori of a set of figures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rcc_sim.diagnose.knobs import Knob
+from rcc_sim.diagnose.noise import (
+    Whitener,
+    fit_whitener,
+    lag_edges,
+    local_range,
+    log_likelihood,
+    weights,
+)
+from rcc_sim.diagnose.problem import Problem
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+MEMORY = 3.0
+"""Time over which the noise may remember, a rough road's above all. [s]"""
+
+WORKERS = 2
+SHORTER = (1.0, 0.4, 0.1)
+"""Shares of a step that are tried in turn."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Figures found, and what they leave.
+
+    Parameters
+    ----------
+    values : dict
+        Knob -> figure.
+    knobs : tuple of Knob
+        What could move.
+    loglik, prior : float
+        Log-likelihood of the residuals and log-prior of the figures.
+    noise : list of Whitener
+        Noise model of each track.
+    residuals : list of ndarray
+        Measured minus predicted, a track each (a channel of a log).
+    information : ndarray (k, k)
+        Curvature of the log-posterior at the figures.
+    signals : list of list of ndarray
+        d(residual)/d(knob), per knob and track.
+    """
+
+    values: dict[str, float]
+    knobs: tuple[Knob, ...]
+    loglik: float
+    prior: float
+    noise: list[Whitener]
+    residuals: list[Array]
+    information: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    signals: list[list[Array]] = field(default_factory=list)
+
+    @property
+    def score(self) -> float:
+        """Log-posterior, up to a constant."""
+        return self.loglik + self.prior
+
+    def sd(self, key: str) -> float:
+        """Standard deviation of a figure, the others being free."""
+        at = [k.key for k in self.knobs].index(key)
+        unit = 1 / np.sqrt(np.diag(self.information) + 1e-300)
+        scaled = self.information * np.outer(unit, unit) + 1e-10 * np.eye(len(unit))
+        return float(np.sqrt(np.linalg.inv(scaled)[at, at]) * unit[at])
+
+
+class Engine:
+    """The model and one or more logs of the same vehicle.
+
+    Parameters
+    ----------
+    problems : sequence of Problem
+        The logs; all are explained at once.
+    rows : list of ndarray of bool, optional
+        Rows of each log that count; all where not given.
+    """
+
+    def __init__(
+        self, problems: Sequence[Problem], rows: list[Mask] | None = None
+    ) -> None:
+        self.problems = tuple(problems)
+        self.pool = ThreadPoolExecutor(WORKERS)
+        self.tracks = [(i, c) for i, p in enumerate(problems) for c in p.channels]
+        self.valid, self.grows_with, self.edges = [], [], []
+        for i, p in enumerate(problems):
+            t = p.log["time_s"]
+            rate = 1 / float(np.median(np.diff(t)))
+            for c, ok in zip(p.channels, p.judged, strict=True):
+                self.valid.append(ok if rows is None else ok & rows[i])
+                self.grows_with.append([p.speed, local_range(p.nominal[c])])
+                self.edges.append(lag_edges(rate, MEMORY, len(t)))
+
+    def on(self, rows: list[Mask]) -> Engine:
+        """The same on some rows of each log."""
+        return Engine(self.problems, rows)
+
+    def residuals(self, values: dict[str, float]) -> list[Array]:
+        """Measured minus predicted, a track each."""
+        figures = {k: x for k, x in values.items() if not k.startswith("bias.")}
+        found = [e for p in self.problems for e in p.residuals(figures)]
+        return [
+            e - values.get(f"bias.{i}.{c}", 0.0)
+            for (i, c), e in zip(self.tracks, found, strict=True)
+        ]
+
+    def learn_noise(self, residuals: list[Array]) -> list[Whitener]:
+        """Noise model of each track, from what a fit leaves."""
+        every = zip(residuals, self.valid, self.grows_with, self.edges, strict=True)
+        return [fit_whitener(*track) for track in every]
+
+    def loglik(self, residuals: list[Array], noise: list[Whitener]) -> float:
+        """Log-likelihood of residuals."""
+        pairs = zip(noise, residuals, strict=True)
+        return sum(log_likelihood(w, e) for w, e in pairs)
+
+    @staticmethod
+    def white(tracks: Sequence[Array], noise: list[Whitener]) -> Array:
+        """All tracks, whitened, one after the other."""
+        pairs = zip(noise, tracks, strict=True)
+        return np.concatenate([w(e) for w, e in pairs])
+
+    def evaluate(
+        self,
+        values: dict[str, float],
+        knobs: Iterable[Knob],
+        noise: list[Whitener] | None = None,
+    ) -> Fit:
+        """Judge some figures, under given noise or under what they leave."""
+        e = self.residuals(values)
+        noise = noise or self.learn_noise(e)
+        knobs = tuple(knobs)
+        prior = -0.5 * sum(
+            ((values[k.key] - k.value) / k.sd) ** 2 for k in knobs if np.isfinite(k.sd)
+        )
+        return Fit(dict(values), knobs, self.loglik(e, noise), prior, noise, e)
+
+    def signals(
+        self, values: dict[str, float], knobs: Sequence[Knob], base: list[Array]
+    ) -> list[list[Array]]:
+        """d(residual)/d(knob) by re-simulation, per knob and track."""
+
+        def one(k: Knob) -> list[Array]:
+            if k.key.startswith("bias."):
+                pairs = zip(self.tracks, base, strict=True)
+                return [
+                    np.full_like(e, -1.0 if f"bias.{i}.{c}" == k.key else 0.0)
+                    for (i, c), e in pairs
+                ]
+            h = k.stride
+            if values[k.key] + h > k.high:
+                h = -h
+            new = self.residuals({**values, k.key: values[k.key] + h})
+            return [(a - b) / h for a, b in zip(new, base, strict=True)]
+
+        # few knobs are moved from within the pool's own threads
+        each = map(one, knobs) if len(knobs) < 4 else self.pool.map(one, knobs)
+        return list(each)
+
+    def fit(
+        self,
+        start: dict[str, float],
+        knobs: Sequence[Knob],
+        *,
+        noise: list[Whitener] | None = None,
+        signals: list[list[Array]] | None = None,
+        rounds: int = 6,
+    ) -> Fit:
+        """Maximum a posteriori under given noise, else under the noise it leaves.
+
+        The signals of the knobs are found anew at the start and as they move, unless
+        they are given.
+        """
+        values = {**{k.key: k.value for k in knobs}, **start}
+        if noise is None:
+            now = self.evaluate(values, knobs)
+            for passes in (2, rounds):
+                now = self.fit(now.values, knobs, noise=now.noise, rounds=passes)
+                learnt = self.learn_noise(now.residuals)
+                loglik = self.loglik(now.residuals, learnt)
+                now = replace(now, noise=learnt, loglik=loglik)
+            return now
+        now = self.evaluate(values, knobs, noise)
+        J = signals or []
+        for turn in range(rounds):
+            if signals is None and turn in (0, 1, 3):
+                J = self.signals(now.values, knobs, now.residuals)
+            step, H = self.step(now, J)
+            now = replace(now, information=H, signals=J)
+            new = self.line_search(now, step)
+            if new is None:
+                break
+            gain = new.score - now.score
+            now = replace(new, information=H, signals=J)
+            if gain < 0.05 and turn > 0:
+                break
+        return now
+
+    def step(self, now: Fit, J: list[list[Array]]) -> tuple[Array, Array]:
+        """Gauss-Newton step and the information behind it."""
+        sd = np.array([k.sd for k in now.knobs])
+        w = self.white(now.residuals, now.noise)
+        A = self.matrix(J, now.noise)
+        W = weights(w)
+        H = (A.T * W) @ A + np.diag(1 / sd**2)
+        off = np.array([(now.values[k.key] - k.value) / k.sd**2 for k in now.knobs])
+        g = A.T @ (W * w) + off
+        unit = 1 / np.sqrt(np.diag(H) + 1e-300)
+        scaled = H * np.outer(unit, unit) + 1e-9 * np.eye(len(H))
+        return -unit * np.linalg.solve(scaled, g * unit), H
+
+    @staticmethod
+    def matrix(J: list[list[Array]], noise: list[Whitener]) -> Array:
+        """Whitened signals, a column a knob."""
+        tracks = zip(noise, *J, strict=True)
+        return np.vstack([w(np.stack(js, axis=1)) for w, *js in tracks])
+
+    def line_search(self, now: Fit, step: Array) -> Fit | None:
+        """The first of ever shorter steps that is better, if any is."""
+        for share in SHORTER:
+            trial = dict(now.values)
+            for k, s in zip(now.knobs, step, strict=True):
+                moved = trial[k.key] + share * float(s)
+                trial[k.key] = float(min(max(moved, k.low), k.high))
+            new = self.evaluate(trial, now.knobs, now.noise)
+            if new.score > now.score:
+                return new
+        return None

@@ -1,0 +1,104 @@
+"""Figures that a fit may move, and how far each may be off beforehand."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import inf
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rcc_sim.definitions.figure import Z_90
+from rcc_sim.diagnose.problem import Problem
+
+Array = NDArray[np.float64]
+
+SENSOR_BIAS = 0.5
+"""Offset of a sensor that is no cause, in times its noise, where none is stated."""
+
+CURRENT_LOOP_LAG = 0.003
+"""Lag that any current loop may have; bandwidths are 50 Hz to some kHz. [s]"""
+
+CALM_PARTS = 30
+
+
+@dataclass(frozen=True)
+class Knob:
+    """A figure that a fit may move.
+
+    Parameters
+    ----------
+    key : str
+        Dotted key of the vehicle file, or ``bias.LOG.COLUMN`` of a sensor.
+    value : float
+        Where it is expected.
+    sd : float
+        How far it may be off; infinite for what is to be found.
+    low, high : float
+        Its bounds.
+    step : float
+        Step of a finite difference.
+    """
+
+    key: str
+    value: float
+    sd: float = inf
+    low: float = -inf
+    high: float = inf
+    step: float = 0.0
+
+    @property
+    def stride(self) -> float:
+        """Step of a finite difference."""
+        if self.step:
+            return self.step
+        return 0.5 * self.sd if self.sd < inf else 1e-3 * (abs(self.value) or 1.0)
+
+
+def tolerance_knobs(problem: Problem) -> list[Knob]:
+    """The figures of the vehicle file that state how far they may be off."""
+    knobs = []
+    for key, figure in problem.vehicle.figures().items():
+        sd = figure.sd
+        if not sd and figure.low is not None and figure.high is not None:
+            sd = (figure.high - figure.low) / (2 * Z_90)
+        if sd > 0:
+            low = 0.05 * figure.value if figure.value > 0 else -inf
+            knobs.append(Knob(key, figure.value, sd, low=low))
+    return knobs
+
+
+def bias_knobs(problem: Problem, log: int = 0) -> list[Knob]:
+    """An offset for each sensor but the motor's encoder, which counts."""
+    knobs = []
+    for c in problem.channels:
+        sensor = problem.vehicle.sensors.get(c)
+        stated = sensor.bias_sd.value if sensor and sensor.bias_sd else None
+        sd = SENSOR_BIAS * calm_noise(problem.log[c]) if stated is None else stated
+        if c != "speed_mps" and sd > 0:
+            knobs.append(Knob(f"bias.{log}.{c}", 0.0, sd))
+    return knobs
+
+
+def nuisance_knobs(problems: Sequence[Problem]) -> list[Knob]:
+    """Everything that may be a little off without being a cause."""
+    first = problems[0]
+    knobs = tolerance_knobs(first)
+    for i, problem in enumerate(problems):
+        knobs += bias_knobs(problem, i)
+    if not first.drive.imposed and "motor_lag" not in first.vehicle.effects:
+        key = "effects.motor_lag.time_constant_s"
+        lag = CURRENT_LOOP_LAG
+        knobs.append(Knob(key, 0.0, lag, low=0.0, high=1.0, step=lag / 3))
+    return knobs
+
+
+def calm_noise(x: Array) -> float:
+    """Noise of a sensor: from its differences in the calmest tenth of the record."""
+    d = np.diff(x[np.isfinite(x)])
+    if len(d) < CALM_PARTS:
+        return float(np.std(d)) / np.sqrt(2) if len(d) else 0.0
+    parts = np.array_split(d, CALM_PARTS)
+    sizes = [float(np.sqrt(np.mean((part - part.mean()) ** 2))) for part in parts]
+    return float(np.quantile(sizes, 0.1)) / np.sqrt(2)

@@ -1,0 +1,130 @@
+"""What no effect of the library explains: how much, where it sits, what it follows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rcc_sim.diagnose.engine import MEMORY, Engine, Fit
+from rcc_sim.diagnose.profile import Probe, Profile, probe_size
+
+Array = NDArray[np.float64]
+
+UNKNOWN_ENOUGH = 30.0
+"""Nats beyond which a remainder is a real one."""
+
+CARRIERS = {
+    "drag": "effects.drivetrain_friction.torque_nm",
+    "power": "effects.auxiliary_load.power_w",
+    "steer": "effects.steering_offset.angle_rad",
+}
+"""How something unknown may act: as a drag, a power, an angle of the wheels."""
+
+FOLLOWS = {
+    "time_s": (25, 40, 100),
+    "speed_mps": (16,),
+    "steer_cmd_rad": (16,),
+}
+"""What it may follow, and by how many knots."""
+
+WINDOWS = 50
+"""Stretches of a log below a quarter of which gaps between windows are closed."""
+
+
+@dataclass(frozen=True)
+class Remainder:
+    """The likeliest form of what is left.
+
+    Parameters
+    ----------
+    evidence : float
+        Nats for it against nothing.
+    acts_as, follows : str
+        How it acts, and the column that it follows.
+    windows : list of dict
+        start_s, end_s, channel and share of where it acted.
+    profile : Profile or None
+        Its strength.
+    log : int
+        Log in which it is clearest.
+    """
+
+    evidence: float
+    acts_as: str
+    follows: str
+    windows: list[dict[str, Any]]
+    profile: Profile | None = None
+    log: int = 0
+
+    @property
+    def is_real(self) -> bool:
+        """Whether it is beyond what chance leaves."""
+        return self.evidence > UNKNOWN_ENOUGH
+
+
+def remainder(engine: Engine, fit: Fit) -> Remainder:
+    """Return the likeliest form of what a fit leaves unexplained."""
+    best = Remainder(0.0, "", "", [])
+    steered = all(p.drive.steered for p in engine.problems)
+    for name, key in CARRIERS.items():
+        if name == "steer" and not steered:
+            continue
+        probe = Probe(engine, fit, key, probe_size(engine, key))
+        for i, problem in enumerate(engine.problems):
+            for along, counts in FOLLOWS.items():
+                x = problem.speed if along == "speed_mps" else None
+                if x is None:
+                    if along not in problem.log:
+                        continue
+                    x = problem.log[along]
+                x = np.nan_to_num(x)
+                if along == "time_s":  # no finer than the noise remembers
+                    most = int((x[-1] - x[0]) / MEMORY) + 1
+                    counts = tuple(n for n in counts if n <= max(most, counts[0]))
+                tried = [probe.profile(i, along, x, count) for count in counts]
+                profile = max(tried, key=lambda p: p.evidence)
+                if profile.evidence > best.evidence:
+                    found = windows_of(probe, i, profile, x)
+                    best = Remainder(
+                        profile.evidence, name, along, found, profile, i
+                    )
+    return best
+
+
+def windows_of(
+    probe: Probe, log: int, profile: Profile, x: Array
+) -> list[dict[str, Any]]:
+    """Stretches in which a profile is clearly there, with their shares of it."""
+    time = probe.engine.problems[log].log["time_s"]
+    clear = profile.clear_at(x)
+    tracks = [i for i in probe.tracks if probe.engine.tracks[i][0] == log]
+    power = np.zeros(len(time))
+    strongest = (0.0, "")
+    for i in tracks:
+        w = probe.fit.noise[i]
+        part = np.zeros(len(time))
+        part[w.valid] = w(probe.signal[i] * profile.at(x)) ** 2
+        power += part
+        strongest = max(strongest, (float(part.sum()), probe.engine.tracks[i][1]))
+    gap = 2.0 * (time[-1] - time[0]) / WINDOWS
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], clear.astype(int), [0]])))
+    spans: list[list[int]] = []
+    for a, b in edges.reshape(-1, 2):
+        if spans and time[a] - time[spans[-1][1] - 1] < 0.25 * gap:
+            spans[-1][1] = int(b)
+        else:
+            spans.append([int(a), int(b)])
+    total = float(power.sum()) or 1.0
+    out = [
+        {
+            "start_s": float(time[a]),
+            "end_s": float(time[b - 1]),
+            "channel": strongest[1],
+            "share": float(power[a:b].sum()) / total,
+        }
+        for a, b in spans
+    ]
+    return [w for w in out if w["share"] > 0.01]

@@ -1,0 +1,296 @@
+"""Diagnosis of one or more logs: where, which, how much, proven, and what next."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from math import inf
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rcc_sim.analyse.gap import Gap, gap
+from rcc_sim.analyse.gap_report import where
+from rcc_sim.analyse.logged import Logged
+from rcc_sim.definitions.figure import Z_90, Figure
+from rcc_sim.definitions.vehicle import Vehicle
+from rcc_sim.diagnose.candidates import candidates_for
+from rcc_sim.diagnose.compete import Cause, Explanation, compete
+from rcc_sim.diagnose.engine import Engine, Fit
+from rcc_sim.diagnose.experiment import next_experiments
+from rcc_sim.diagnose.hold_out import Shrink, folds, hold_out, refitted, restricted
+from rcc_sim.diagnose.problem import Problem
+from rcc_sim.diagnose.remainder import Remainder, remainder
+from rcc_sim.diagnose.verdict import (
+    INTERVAL,
+    Asserted,
+    estimates,
+    probability,
+    ranking,
+    standing,
+    status_of,
+)
+from rcc_sim.simulate.replay import drive_of, replay
+from rcc_sim.trace import Trace
+
+Array = NDArray[np.float64]
+
+MOVED = 0.9
+"""Share of its stated sd above which a figure's sd must fall for it to be written."""
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """What :func:`diagnose` found.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        The nominal model.
+    gaps : tuple of Gap
+        Where each log and the nominal model part.
+    status : str
+        no_gap, explained, partly_explained or unexplained.
+    asserted : tuple of Asserted
+        The causes, strongest first.
+    found : Explanation
+        Everything the competition found.
+    fit : Fit
+        Tolerances and the causes that stand.
+    left : Remainder
+        What none of the effects explains.
+    shrink : Shrink
+        Proof on rows that no fit saw.
+    energy_after : float
+        Energy gap on such rows with the mended vehicle. [% of the measured]
+    """
+
+    vehicle: Vehicle
+    gaps: tuple[Gap, ...]
+    status: str
+    asserted: tuple[Asserted, ...]
+    found: Explanation
+    fit: Fit
+    left: Remainder
+    shrink: Shrink
+    energy_after: float | None
+
+    def document(self) -> dict[str, Any]:
+        """Return what ``--json`` prints."""
+        first = self.gaps[0]
+        unexplained = {
+            "fraction": 1 - max(self.shrink.explained, 0.0) if self.left.is_real else 0,
+            "windows": self.left.windows if self.left.is_real else [],
+        }
+        if self.left.is_real:
+            unexplained |= {"acts_as": self.left.acts_as, "follows": self.left.follows}
+        return {
+            "schema": "rccsim.diagnosis/1",
+            "log": first.log,
+            "logs": [g.log for g in self.gaps],
+            "vehicle": self.vehicle.name,
+            "mode": first.mode,
+            "status": self.status,
+            "where": where(first),
+            "causes": [self._cause(a) for a in self.asserted],
+            "ranking": ranking(self.found, list(self.asserted), self.left),
+            "shrink": {
+                "held_out": True,
+                **asdict(self.shrink),
+                "energy_gap_percent_before": first.energy.gap_percent,
+                "energy_gap_percent_after": self.energy_after,
+            },
+            "unexplained": unexplained,
+            "next_experiment": [asdict(e) for e in self.next_experiments()],
+            "findings": [asdict(f) for f in first.findings],
+        }
+
+    def _cause(self, a: Asserted) -> dict[str, Any]:
+        most = max([*self.found.ranking.values(), 1.0])
+        gain = self.found.ranking.get(a.cause.effect, a.cause.gain)
+        return {
+            "effect": a.cause.effect,
+            "probability": a.probability,
+            "parameters": {
+                k: {"value": e.value, "low": e.low, "high": e.high}
+                for k, e in a.figures.items()
+            },
+            "varies": bool(a.cause.profiles),
+            "indistinguishable_from": list(a.cause.tied),
+            "explains": min(max(gain, 0.0) / most, 1.0),
+            "nats": a.cause.gain,
+        }
+
+    def next_experiments(self) -> list[Any]:
+        """Return the runs that would settle what is tied."""
+        for a in self.asserted:
+            if a.cause.tied:
+                return next_experiments([a.cause.effect, *a.cause.tied])
+        return []
+
+    def figures(self) -> dict[str, Figure]:
+        """Stated figures that the logs moved within their sds, with intervals."""
+        out = {}
+        for knob in self.fit.knobs:
+            if not knob.sd < inf or knob.key.startswith("bias."):
+                continue
+            if knob.key not in self.vehicle.figures():
+                continue
+            sd = min(self.fit.sd(knob.key) * INTERVAL, knob.sd)
+            if sd > MOVED * knob.sd:
+                continue
+            value = self.fit.values[knob.key]
+            out[knob.key] = Figure(
+                value, sd, value - Z_90 * sd, value + Z_90 * sd, self.source
+            )
+        return out
+
+    @property
+    def source(self) -> str:
+        """Where derived figures come from."""
+        return "derived: " + ", ".join(g.log for g in self.gaps)
+
+    def effects(self) -> dict[str, dict[str, Figure]]:
+        """Causes as the mended file states them; profiles are written apart."""
+        return {
+            a.cause.effect: {
+                k: Figure(e.value, e.sd, e.low, e.high, self.source)
+                for k, e in a.figures.items()
+            }
+            for a in self.asserted
+        }
+
+
+def diagnose(
+    logs: Sequence[Logged],
+    vehicle: Vehicle,
+    *,
+    candidates: Sequence[str] = (),
+    holdouts: Sequence[Logged] = (),
+    repeats: Sequence[Trace] = (),
+    told: Callable[[str], None] = lambda _: None,
+) -> Diagnosis:
+    """Find which unmodelled effects part logs from a vehicle's model.
+
+    Parameters
+    ----------
+    logs : sequence of Logged
+        All are explained at once, by the same vehicle.
+    vehicle : Vehicle
+        The nominal model; its sds are tolerances.
+    candidates : sequence of str
+        Effects to consider; all that could show where empty.
+    holdouts : sequence of Logged
+        Logs that are judged and never fitted; stretches of ``logs`` where empty.
+    repeats : sequence of Trace
+        Other logs of the same drive, from which noise is known.
+    told : callable
+        Called with what is being done.
+
+    Raises
+    ------
+    InputError
+        If a log cannot be compared with the vehicle.
+    """
+    told("where")
+    gaps = tuple(gap(one, vehicle, repeats=repeats) for one in logs)
+    problems = [problem_of(one.log, vehicle) for one in logs]
+    engine = Engine(problems)
+    found = compete(engine, candidates_for(problems, candidates), told)
+    told("what is left")
+    left = remainder(found.engine, found.fit)
+    causes = standing(found, left)
+    fit, acting = found.fit, found.engine
+    if len(causes) < len(found.causes):
+        fit, acting = _only(engine, found, causes)
+        left = max(left, remainder(acting, fit), key=lambda r: r.evidence)
+    told("proof on held-out rows")
+    shrink, energy = _proof(acting, engine, fit, holdouts, vehicle)
+    asserted = tuple(Asserted(c, probability(c, left), estimates(fit, c)) for c in causes)
+    return Diagnosis(
+        vehicle, gaps, status_of(causes, left), asserted, found, fit, left, shrink,
+        energy,
+    )  # fmt: skip
+
+
+def problem_of(log: Trace, vehicle: Vehicle) -> Problem:
+    """Return a log as a problem for a vehicle."""
+    return Problem(vehicle, log, drive_of(log, vehicle))
+
+
+def _only(
+    engine: Engine, found: Explanation, causes: list[Cause]
+) -> tuple[Fit, Engine]:
+    """Fit again with the causes that stand, from the tolerances on."""
+    gone = {k for c in found.causes if c not in causes for k in c.keys}
+    acting = found.engine if any(c.profiles for c in causes) else engine
+    kept = [k for k in found.fit.knobs if k.key not in gone or np.isfinite(k.sd)]
+    keys = {k.key for k in kept}
+    kept += [k for k in found.null.knobs if k.key not in keys]
+    start = {k.key: found.null.values.get(k.key, found.fit.values[k.key]) for k in kept}
+    return acting.fit(start, kept), acting
+
+
+def _proof(
+    acting: Engine,
+    nominal: Engine,
+    fit: Fit,
+    holdouts: Sequence[Logged],
+    vehicle: Vehicle,
+) -> tuple[Shrink, float | None]:
+    if holdouts:
+        problems = [problem_of(one.log, vehicle) for one in holdouts]
+        other = Engine(problems)
+        values = {k: x for k, x in fit.values.items() if not k.startswith("bias.")}
+        noise = other.learn_noise(other.residuals(values))
+        before = other.white(other.residuals({}), noise) ** 2
+        after = other.white(other.residuals(values), noise) ** 2
+        b, a = (
+            np.array([p.mean() for p in np.array_split(x, 20)]) for x in (before, after)
+        )
+        return _shrunk(b, a), _energy_percent(problems, [values], [None])
+    values = [refitted(acting, fit, train) for train, _ in folds(acting)]
+    tests = [test for _, test in folds(acting)]
+    shrink = hold_out(acting, nominal, fit)
+    return shrink, _energy_percent(list(acting.problems), values, tests)
+
+
+def _shrunk(b: Array, a: Array) -> Shrink:
+    floor = min(1.0, float(a.mean()))
+    total, left = max(float(b.mean()) - floor, 1e-9), max(float(a.mean()) - floor, 0.0)
+    spread = Z_90 * float(a.std() / np.sqrt(len(a))) / total
+    share = 1 - left / total
+    return Shrink(total, left, share, max(share - spread, -1.0), min(share + spread, 1))
+
+
+def _energy_percent(
+    problems: list[Problem],
+    values: list[dict[str, float]],
+    tests: Sequence[Sequence[Array] | None],
+) -> float | None:
+    """Energy gap of free runs with these figures on rows that they did not see."""
+    measured = simulated = 0.0
+    for figures, rows in zip(values, tests, strict=True):
+        car = {k: x for k, x in figures.items() if not k.startswith("bias.")}
+        for i, p in enumerate(problems):
+            power = _battery_power(p.log)
+            if power is None:
+                return None
+            out = replay(p.vehicle.changed(settings=car), p.drive)
+            dt = np.gradient(p.log["time_s"])
+            ok = np.isfinite(power) & np.isfinite(out["battery_power_w"])
+            if rows is not None:
+                ok &= rows[i].astype(bool)
+            measured += float((power * dt)[ok].sum())
+            simulated += float((out["battery_power_w"] * dt)[ok].sum())
+    return 100 * (measured - simulated) / measured if measured else None
+
+
+def _battery_power(log: Trace) -> Array | None:
+    if "battery_voltage_v" in log and "battery_current_a" in log:
+        return log["battery_voltage_v"] * log["battery_current_a"]
+    return log["battery_power_w"] if "battery_power_w" in log else None
+
+
+__all__ = ["Diagnosis", "diagnose", "problem_of", "restricted"]

@@ -1,0 +1,120 @@
+"""What is asserted: causes that stand, how sure, and the status of the whole."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import exp, inf
+
+from rcc_sim.definitions.figure import Z_90
+from rcc_sim.diagnose.compete import ENOUGH, Cause, Explanation
+from rcc_sim.diagnose.engine import Fit
+from rcc_sim.diagnose.remainder import Remainder
+
+WITHDRAWN = 0.5
+"""Share of a cause's nats that a remainder may have before the cause is withdrawn."""
+
+SOFT = 4.0
+"""Nats by which odds grow by e: model error blunts a likelihood by about so much."""
+
+INTERVAL = 1.6
+"""Factor on standard deviations for what a model leaves out; from ``blind score``."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A figure found, with its 90 % interval."""
+
+    value: float
+    low: float
+    high: float
+    sd: float
+
+
+@dataclass(frozen=True)
+class Asserted:
+    """A cause that stands.
+
+    Parameters
+    ----------
+    cause : Cause
+        The effect and what it gained.
+    probability : float
+        That it, or one it is tied with, acts.
+    figures : dict
+        Parameter -> estimate.
+    """
+
+    cause: Cause
+    probability: float
+    figures: dict[str, Estimate]
+
+
+def standing(found: Explanation, left: Remainder) -> list[Cause]:
+    """Return the causes that what is left does not dwarf."""
+    if not left.is_real:
+        return list(found.causes)
+    return [c for c in found.causes if left.evidence <= WITHDRAWN * c.gain]
+
+
+def status_of(causes: list[Cause], left: Remainder) -> str:
+    """Return the status: no_gap, explained, partly_explained or unexplained."""
+    if not causes:
+        return "unexplained" if left.is_real else "no_gap"
+    return "partly_explained" if left.is_real else "explained"
+
+
+def probability(cause: Cause, left: Remainder) -> float:
+    """Return the probability that a cause, or one tied with it, acts."""
+    margin = min(cause.gain - 0.5 * ENOUGH, cause.gain - cause.rival)
+    chance = 1 / (1 + exp(-min(margin, 200.0) / SOFT))
+    if left.is_real:
+        chance *= cause.gain / (cause.gain + left.evidence)
+    return min(max(chance, 0.01), 0.995)
+
+
+def estimates(fit: Fit, cause: Cause) -> dict[str, Estimate]:
+    """Return the figures of a cause with their intervals."""
+    out = {}
+    knobs = {k.key: k for k in fit.knobs}
+    for key in cause.keys:
+        name = key.rpartition(".")[2]
+        if cause.profiles:
+            out[name] = _of_profile(fit, key, cause)
+        elif key in knobs:
+            sd = fit.sd(key) * INTERVAL
+            value = fit.values[key]
+            low = max(value - Z_90 * sd, knobs[key].low)
+            high = min(value + Z_90 * sd, knobs[key].high)
+            out[name] = Estimate(value, min(low, value), max(high, value), sd)
+    return out
+
+
+def _of_profile(fit: Fit, key: str, cause: Cause) -> Estimate:
+    """Mean of a profile; an auxiliary load's total holds what the file states."""
+    profile = next(iter(cause.profiles.values()))
+    stated = fit.values.get(key, 0.0)
+    mean = float(profile.value.mean()) + stated
+    sd = float((profile.sd**2).mean() ** 0.5 / len(profile.sd) ** 0.5)
+    return Estimate(mean, mean - Z_90 * sd, mean + Z_90 * sd, sd)
+
+
+def ranking(
+    found: Explanation, asserted: list[Asserted], left: Remainder
+) -> list[dict[str, float | str]]:
+    """Return all candidates with their probabilities and what each explains alone."""
+    gains: Mapping[str, float] = found.ranking
+    sure = {a.cause.effect: a.probability for a in asserted}
+    most = max([*gains.values(), left.evidence, 1.0])
+    rest = max(1.0 - max(sure.values(), default=0.0), 0.0)
+    weights = {e: exp(-(most - max(g, 0.0)) / SOFT) for e, g in gains.items()}
+    weights["unknown"] = exp(-(most - left.evidence) / SOFT)
+    weights["none"] = exp(-max(most - ENOUGH, 0.0) / SOFT)
+    others = sum(w for e, w in weights.items() if e not in sure) or inf
+    rows: list[dict[str, float | str]] = []
+    for effect, weight in weights.items():
+        gain = gains.get(effect, left.evidence if effect == "unknown" else 0.0)
+        chance = sure.get(effect, rest * weight / others)
+        share = min(max(gain, 0.0) / most, 1.0)
+        rows.append({"effect": effect, "probability": chance, "explains": share})
+    return sorted(rows, key=lambda r: (-float(r["probability"]), -float(r["explains"])))
