@@ -113,11 +113,14 @@ def simulate(
     means since the row before. With --draws it prints the figures of the run with
     their intervals; the trace, of the file's own values, then goes to --output alone.
     """
+    from rcc_sim.errors import InputError
     from rcc_sim.simulate import run as runs
 
     car = changed_vehicle(vehicle, set_, with_, without, effect)
     drive, throttle = _drive(cycle, throttle_log)
     _announce_compiler(imposed)
+    if draws is not None and substeps > 1:
+        raise InputError("--draws and --substeps: many runs take one step a tick")
     how: dict[str, Any] = {
         "imposed": imposed,
         "lanes": _lanes(lane_change_every, lane_width, lane_change_length),

@@ -59,7 +59,7 @@ def test_failures_are_rows_and_are_summed_up(tmp_path):
         (["--draw", "5", "--method", "dice"], "no such method"),
         (["--draw", "0"], "should be at least 1"),
         (["--set", "lanes.every=1:1e4:1", "--draw", "100000000"], "too many"),
-        (["--set", "lanes.every=90", "--jobs", "2", "--dask", "x"], "give one of them"),
+        (["--set", "body.mass_kg=3e3", "-j", "2", "--dask", "x"], "give one of them"),
         (["--draws-file", "none.csv"], "cannot be read"),
         (["--set", "lanes.every=9", "--lane-change-length", "50"], "lane change"),
     ],
