@@ -209,7 +209,7 @@ def spread(value: float, draws: Array) -> Spread:
     good = draws[np.isfinite(draws)]
     if not len(good):
         return Spread(value, float("nan"), float("nan"), float("nan"))
-    low, high = np.quantile(good, LEVELS)
+    low, high = (float(end) for end in np.quantile(good, LEVELS))
     return Spread(value, float(good.std(ddof=min(1, len(good) - 1))), low, high)
 
 

@@ -169,3 +169,32 @@ def test_parts_follow_from_the_plan_and_cover_it():
     runs = [run for start, stop in ranges for run in range(start, stop)]
     assert runs == list(range(5000))
     assert len(ranges) >= 16
+
+
+def test_an_effect_of_ones_own_is_swept_like_any_other():
+    from tests.simulate.test_own_effects import TRAILER
+
+    effects = {"trailer": {"mass_kg": 0.5, "coefficient": 0.03}}
+    own = car().changed(files=(str(TRAILER),), effects=effects)
+    slow = Cycle("slow", DRIVE.time_s, 0.2 * DRIVE.speed_mps)
+    settings = ["effects.trailer.mass_kg=0.5,1.0"]
+    for row in swept(own, slow, settings, imposed=True):
+        mass = row["effects.trailer.mass_kg"]
+        changed = own.changed(settings={"effects.trailer.mass_kg": mass})
+        agree(row, simulate(changed, slow, imposed=True, engine="compiled"))
+        assert row["energy_trailer_wh"] > 0
+
+
+def test_a_road_that_the_vehicles_file_names_is_driven(tmp_path):
+    (tmp_path / "road.csv").write_text("distance_m,slope\n0,0.02\n1000,0.02\n")
+    text = (
+        '[vehicle]\nname = "hill"\nextends = "r1t_epa"\n'
+        '[effects.road_grade]\nslope = 0.0\nprofile = "road.csv"\n'
+    )
+    (tmp_path / "hill.toml").write_text(text)
+    hill = load_vehicle(tmp_path / "hill.toml")
+    row = swept(hill, DRIVE, ["body.mass_kg=3000"], imposed=True)[0]
+    height = 0.02 / np.hypot(1, 0.02) * row["distance_m"]
+    assert row["energy_road_grade_wh"] == pytest.approx(
+        3000 * 9.80665 * height / J_PER_WH, rel=1e-9
+    )
