@@ -22,7 +22,7 @@ Work = Callable[[Any, Any], Any]
 Parts = Iterable[tuple[int, Any]]
 Results = Iterator[tuple[int, Any]]
 
-AHEAD = 2
+AHEAD = 4
 """Parts that wait for each process, so that none waits for work."""
 
 MOST_DEATHS = 3
@@ -144,6 +144,8 @@ class _Pool:
         self.pool.shutdown(wait=False, cancel_futures=True)
         for process in processes:
             process.terminate()
+        for process in processes:
+            process.join(timeout=5)
 
     def done(self, parts: Parts) -> Results:
         """Give the results as they come."""
