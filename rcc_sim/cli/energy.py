@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from rcc_sim.cli.batches import Draws, Seed
 from rcc_sim.cli.complete import vehicle_names
-from rcc_sim.cli.output import Csv, Json, Output, atomic, emit, say, sketch
+from rcc_sim.cli.output import Csv, Json, Output, atomic, emit, say, sketch, warn
 
 if TYPE_CHECKING:
     from rcc_sim.analyse.energy import EnergyReport
@@ -34,7 +35,7 @@ def energy(
     vehicle: Annotated[
         str | None,
         typer.Option(
-            help="Give the range on this vehicle's battery.",
+            help="Give the range on this vehicle's battery; whose draws they are.",
             autocompletion=vehicle_names,
         ),
     ] = None,
@@ -55,6 +56,8 @@ def energy(
     regimes: Annotated[
         bool, typer.Option("--regimes", help="By kind of driving, not by sink.")
     ] = False,
+    draws: Draws = None,
+    seed: Seed = 0,
     plot: Annotated[
         Path | None, typer.Option(help="Draw it: PNG, SVG or PDF.", metavar="F")
     ] = None,
@@ -69,12 +72,17 @@ def energy(
 
     The ledger's lines sum to the energy at the battery's terminals (plus what is
     lost inside the battery, where that is modelled); one that does not close is an
-    error. The first trace is what the others are compared with.
+    error. The first trace is what the others are compared with. With --draws and
+    --vehicle each figure of a simulated trace has its interval: the draws of the
+    vehicle's file are driven along the trace.
     """
     from rcc_sim.analyse.energy import energy_report, scaled_report
     from rcc_sim.trace import read_trace
 
     drives = [read_trace(name) for name in traces]
+    if draws is not None:
+        _intervals(drives, vehicle, draws, seed, json=json, csv=csv, output=output)
+        return
     reports = [energy_report(drive) for drive in drives]
     if from_ or to:
         reports = [scaled_report(report, from_, to) for report in reports]
@@ -109,6 +117,37 @@ def _write_page(
     with atomic(html) as file:
         write_html(page, file)
     say(f"wrote {html}")
+
+
+def _intervals(
+    drives: list[Trace],
+    vehicle: str | None,
+    draws: int,
+    seed: int,
+    *,
+    json: bool,
+    csv: bool,
+    output: Path | None,
+) -> None:
+    from rcc_sim.analyse.energy import energy_report
+    from rcc_sim.batch import uncertain
+    from rcc_sim.definitions.vehicle import load_vehicle
+    from rcc_sim.errors import InputError
+
+    if vehicle is None or len(drives) > 1:
+        raise InputError(
+            "--draws: should go with --vehicle and a single trace",
+            "the draws are those of that vehicle's file",
+        )
+    report = energy_report(drives[0])
+    found = uncertain.drawn_energy(
+        load_vehicle(vehicle), drives[0], report, draws, seed=seed
+    )
+    if found.failed:
+        warn(f"{found.failed} of {found.count} draws are no vehicle and left out")
+    document = {**_one(report, None), "draws": uncertain.document(found)}
+    rows = uncertain.rows(found)
+    emit(document, rows, json=json, csv=csv, output=output, title=report.name)
 
 
 def _battery(vehicle: str | None) -> dict[str, Any]:

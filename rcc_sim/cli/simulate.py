@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from rcc_sim.cli.batches import Draws, Jobs, Seed
 from rcc_sim.cli.complete import cycle_names, vehicle_names
 from rcc_sim.cli.output import Csv, Json, Output, atomic, emit, say, warn
 from rcc_sim.cli.overrides import Own, Set, With, Without, changed_vehicle
 
 if TYPE_CHECKING:
+    from rcc_sim.analyse.energy import EnergyReport
     from rcc_sim.definitions.cycle import Cycle
+    from rcc_sim.definitions.vehicle import Vehicle
     from rcc_sim.simulate.run import LaneChanges, Profile, Run
 
 
@@ -93,6 +96,9 @@ def simulate(
     substeps: Annotated[
         int, typer.Option(help="Time steps per tick of the control loop.", min=1)
     ] = 1,
+    draws: Draws = None,
+    seed: Seed = 0,
+    jobs: Jobs = 1,
     plot: Annotated[
         Path | None, typer.Option(help="Draw the run: PNG, SVG or PDF.", metavar="F")
     ] = None,
@@ -104,32 +110,63 @@ def simulate(
 
     Writes CSV to a pipe or to --output (.parquet for Parquet); on a terminal it
     shows the summary. Speeds and places are samples, currents, torques and powers
-    means since the row before.
+    means since the row before. With --draws it prints the figures of the run with
+    their intervals; the trace, of the file's own values, then goes to --output alone.
     """
+    from rcc_sim.errors import InputError
     from rcc_sim.simulate import run as runs
 
     car = changed_vehicle(vehicle, set_, with_, without, effect)
     drive, throttle = _drive(cycle, throttle_log)
     _announce_compiler(imposed)
-    result = runs.simulate(
-        car,
-        drive,
-        imposed=imposed,
-        lanes=_lanes(lane_change_every, lane_width, lane_change_length),
-        steer=_steer(steer_log, lane_change_every),
-        throttle=throttle,
-        slope=_road(road_log),
-        aux_power=_auxiliary(aux_log),
-        output_rate=output_rate,
-        substeps=substeps,
-    )
+    if draws is not None and substeps > 1:
+        raise InputError("--draws and --substeps: many runs take one step a tick")
+    how: dict[str, Any] = {
+        "imposed": imposed,
+        "lanes": _lanes(lane_change_every, lane_width, lane_change_length),
+        "steer": _steer(steer_log, lane_change_every),
+        "throttle": throttle,
+        "slope": _road(road_log),
+        "aux_power": _auxiliary(aux_log),
+        "output_rate": output_rate,
+    }
+    result = runs.simulate(car, drive, substeps=substeps, **how)
     for note in result.notes:
         warn(note)
     if plot is not None:
         from rcc_sim.report.plots import plot_run, save
 
         save(plot_run(result.trace), plot)
-    _deliver(result, output, csv=csv, json=json)
+    if draws is None:
+        _deliver(result, output, csv=csv, json=json)
+        return
+    _write(result, output)
+    _intervals(car, drive, how, draws, seed, jobs, csv=csv, json=json)
+
+
+def _intervals(
+    car: Vehicle,
+    drive: Cycle,
+    how: dict[str, Any],
+    draws: int,
+    seed: int,
+    jobs: int,
+    *,
+    csv: bool,
+    json: bool,
+) -> None:
+    """Print the figures of a run, each with its interval over draws of the vehicle."""
+    from rcc_sim.batch.engine import Engine
+    from rcc_sim.batch.runs import Manoeuvre
+    from rcc_sim.batch.uncertain import document, drawn_run, rows
+
+    found = drawn_run(
+        car, drive, Manoeuvre(**how), draws, seed=seed, engine=Engine(jobs)
+    )
+    if found.failed:
+        warn(f"{found.failed} of {found.count} draws are no vehicle and left out")
+    title = f"{car.name} on {drive.name}, {found.count} draws of {len(found.keys)} keys"
+    emit(document(found), rows(found), json=json, csv=csv, title=title)
 
 
 def _lanes(
@@ -199,8 +236,25 @@ def _announce_compiler(imposed: bool) -> None:
 
 
 def _deliver(result: Run, output: Path | None, *, csv: bool, json: bool) -> None:
-    from rcc_sim.analyse.energy import energy_report
     from rcc_sim.cli.energy import document, rows
+    from rcc_sim.trace import write_trace
+
+    report = _write(result, output)
+    if output is not None and not (csv or json):
+        return
+    if json:
+        emit(document(report), [], json=True)
+    elif csv or not sys.stdout.isatty():
+        write_trace(result.trace, sys.stdout.buffer)
+        sys.stdout.buffer.flush()
+    else:
+        emit(None, rows(report), title=report.name)
+        say(f"{len(result.trace)} rows; --output FILE or a pipe gets the trace")
+
+
+def _write(result: Run, output: Path | None) -> EnergyReport:
+    """Write the trace, where a file was named; return its energy report."""
+    from rcc_sim.analyse.energy import energy_report
     from rcc_sim.trace import write_parquet, write_trace
 
     report = energy_report(result.trace)
@@ -212,13 +266,4 @@ def _deliver(result: Run, output: Path | None, *, csv: bool, json: bool) -> None
             f"wrote {output}: {len(result.trace)} rows, {report.distance_m:.4g} m, "
             f"{report.energy_wh:.4g} Wh"
         )
-        if not (csv or json):
-            return
-    if json:
-        emit(document(report), [], json=True)
-    elif csv or not sys.stdout.isatty():
-        write_trace(result.trace, sys.stdout.buffer)
-        sys.stdout.buffer.flush()
-    else:
-        emit(None, rows(report), title=report.name)
-        say(f"{len(result.trace)} rows; --output FILE or a pipe gets the trace")
+    return report

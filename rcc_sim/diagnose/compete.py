@@ -243,6 +243,44 @@ def needed_gain(causes: Sequence[Cause], where: Array) -> float:
     return max([ENOUGH_MORE if causes else ENOUGH, *misfits])
 
 
+def screened(
+    engine: Engine, fit: Fit, candidates: Sequence[Candidate]
+) -> list[tuple[Screened, Fit]]:
+    """Screen candidates around a fit; best first, each with where to refine from."""
+    screen = Screen(engine, fit)
+    found = [(r, fit) for r in engine.pool.map(screen.best, candidates)]
+    found += released(engine, fit, candidates)
+    return sorted(found, key=lambda pair: -pair[0].gain)
+
+
+def released(
+    engine: Engine, fit: Fit, candidates: Sequence[Candidate]
+) -> list[tuple[Screened, Fit]]:
+    """Candidates in place of tolerances that were pulled too far.
+
+    A figure that is far from what the file states is an effect that acts on it: the
+    figure goes back and the effect takes its part over.
+    """
+    keys = {s.key: c for c in candidates for s in c.searches}
+    knobs = {k.key: k for k in fit.knobs}
+    found = []
+    for key, (figure, is_ratio) in SAME_FIGURE.items():
+        knob = knobs.get(figure)
+        if key not in keys or knob is None or not knob.sd < inf:
+            continue
+        now = fit.values[figure]
+        pull = (now - knob.value) / knob.sd
+        if abs(pull) < TOO_FAR:
+            continue
+        values = {key: now / knob.value if is_ratio else now - knob.value}
+        start = engine.evaluate(
+            fit.values | values | {figure: knob.value}, fit.knobs, fit.noise
+        )
+        start = replace(start, signals=fit.signals, information=fit.information)
+        found.append((Screened(keys[key], 0.5 * pull**2, values), start))
+    return found
+
+
 def likely(
     found: Sequence[tuple[Screened, Fit]], needed: float
 ) -> list[tuple[Screened, Fit]]:

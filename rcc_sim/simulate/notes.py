@@ -76,15 +76,16 @@ def run_notes(
         )
     return (
         *notes,
-        *_coarse(columns, lane_length),
+        *coarse(columns, lane_length),
         *_distance(cycle, columns),
         *_grip(vehicle, columns),
     )
 
 
-def _coarse(
+def coarse(
     columns: Mapping[str, NDArray[np.float64]], lane_length: float
 ) -> tuple[str, ...]:
+    """Say if rows lie too far apart to show lane changes of a length [m]."""
     step = float(np.diff(columns["distance_m"]).max(initial=0.0))
     if step <= lane_length / STEPS_PER_CHANGE:
         return ()

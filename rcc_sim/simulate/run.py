@@ -177,32 +177,32 @@ def simulate(
         values["lanes"]["steer"] = schema.LOGGED
     start = float(cycle.time_s[0])
     slope = road_of(vehicle) if slope is None else slope
-    roads = (_profile(slope, 0.0, "slope"), _profile(aux_power, start, "aux power"))
+    roads = (profile_of(slope, 0.0, "slope"), profile_of(aux_power, start, "aux power"))
     if imposed:
         rows = len(cycle.time_s)
         tail: tuple[int, ...] = ()
         drive: tuple[Any, ...] = (
             cycle.time_s,
             cycle.speed_mps,
-            _yaw_rate(cycle, yaw_rate),
+            yaw_rate_of(cycle, yaw_rate),
             *roads,
         )
     else:
         check_throttle(vehicle, given=throttle is not None)
         check_slip(vehicle, values, cycle.max_speed)
         T_loop = values["control"]["T_loop"]
-        every, rows = _sampling(vehicle, cycle, T_loop, output_rate)
+        every, rows = sampling(vehicle, cycle, T_loop, output_rate)
         tail = (every, substeps)
         reference = (cycle.time_s - start, cycle.speed_mps)
-        steering = _profile(steer, start, "steer")
-        _refuse_degrees(steering[1])
-        drive = (reference, steering, _profile(throttle, start, "throttle"), *roads)
+        steering = profile_of(steer, start, "steer")
+        refuse_degrees(steering[1])
+        drive = (reference, steering, profile_of(throttle, start, "throttle"), *roads)
     fast = engine == "compiled" or (
         engine == "auto" and (not imposed or rows > FEW_ROWS or compiler_is_loaded())
     )
     maps = (efficiency_map(vehicle), force_table(vehicle))
     kernel: Callable[..., Any] = run_imposed if imposed else run_commanded
-    lines = () if imposed else (_delay_lines(values),)
+    lines = () if imposed else (delay_lines(values),)
     own = own_terms(vehicle)
 
     def driven(fast: bool) -> tuple[Any, Any, Any]:
@@ -291,7 +291,8 @@ def _run(
     return Run(trace, ledger, given, throughput, residual, notes)
 
 
-def _yaw_rate(cycle: Cycle, yaw_rate: ArrayLike | None) -> NDArray[np.float64]:
+def yaw_rate_of(cycle: Cycle, yaw_rate: ArrayLike | None) -> NDArray[np.float64]:
+    """Return a yaw rate at the cycle's rows; a single 0 where there is none."""
     if yaw_rate is None:
         return np.zeros(1)
     yaw = np.ascontiguousarray(yaw_rate, dtype=float)
@@ -302,7 +303,7 @@ def _yaw_rate(cycle: Cycle, yaw_rate: ArrayLike | None) -> NDArray[np.float64]:
     return yaw
 
 
-def _delay_lines(
+def delay_lines(
     values: dict[str, dict[str, float]],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the ring buffers of the motor's and the steering's dead time."""
@@ -312,7 +313,7 @@ def _delay_lines(
     return np.zeros(size), np.zeros(size)
 
 
-def _sampling(
+def sampling(
     vehicle: Vehicle, cycle: Cycle, T_loop: float, rate: float | None
 ) -> tuple[int, int]:
     """Return the ticks of the control loop per row, and the number of rows."""
@@ -335,7 +336,8 @@ def _sampling(
     return every, math.ceil(cycle.duration / (every * T_loop) - 1e-9) + 1
 
 
-def _refuse_degrees(angle: NDArray[np.float64]) -> None:
+def refuse_degrees(angle: NDArray[np.float64]) -> None:
+    """Raise if a steering angle can only be in degrees."""
     worst = float(np.abs(angle).max())
     if worst > math.pi / 2:
         raise InputError(
@@ -345,7 +347,7 @@ def _refuse_degrees(angle: NDArray[np.float64]) -> None:
         )
 
 
-def _profile(
+def profile_of(
     profile: Profile | None, start: float, what: str
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return a profile as two arrays that start from 0; (0, 0) where there is none."""

@@ -1,0 +1,94 @@
+"""Processes killed at random moments: nothing is lost, and nothing is doubled."""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+
+import psutil
+import pytest
+
+RUNS = 8_000
+COMMAND = [
+    *(sys.executable, "-m", "rcc_sim", "sweep", "r1t_epa", "--cycle", "udds"),
+    *("--imposed", "--draw", str(RUNS // 2), "--set", "lanes.every=none,50"),
+]
+
+
+def started(output, jobs):
+    """Start the sweep in a process of its own."""
+    return subprocess.Popen(
+        [*COMMAND, "--jobs", str(jobs), "-o", str(output)],
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def parts(folder):
+    """Return the bytes of every part."""
+    return {path.name: path.read_bytes() for path in folder.glob("part-*")}
+
+
+def workers(process):
+    """Return the processes that a process has started."""
+    try:
+        children = psutil.Process(process.pid).children(recursive=True)
+    except psutil.NoSuchProcess:
+        return []
+    return [c for c in children if "spawn_main" in " ".join(_words(c))]
+
+
+def _words(process):
+    try:
+        return process.cmdline()
+    except psutil.Error:
+        return []
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name == "nt", reason="there are no such signals")
+def test_twenty_kills_at_random_lose_and_double_nothing(tmp_path):
+    undisturbed = started(tmp_path / "whole", jobs=1)
+    assert undisturbed.wait(timeout=120) == 0
+    whole = parts(tmp_path / "whole")
+    dice = random.Random(4)
+    killed = {"main": 0, "worker": 0}
+    out = tmp_path / "out"
+    while sum(killed.values()) < 20:
+        process = started(out, jobs=2)
+        before, until = len(parts(out)), time.monotonic() + 60
+        while process.poll() is None and time.monotonic() < until:
+            if len(parts(out)) > before:  # at work: now it may happen
+                break
+            time.sleep(0.005)
+        time.sleep(dice.random() * 0.1)
+        for _ in range(2):
+            found = workers(process)
+            if found and dice.random() < 0.6:
+                with_worker = dice.choice(found)
+                with_worker.send_signal(signal.SIGKILL)
+                killed["worker"] += 1
+                time.sleep(dice.random() * 0.2)
+        orphans = workers(process)
+        if process.poll() is None:
+            process.send_signal(signal.SIGKILL)
+            killed["main"] += 1
+        process.wait()
+        _, alive = psutil.wait_procs(orphans, timeout=10)
+        assert not alive  # none goes on without its main process
+        done = parts(out)
+        assert all(done[name] == whole[name] for name in done)
+        if len(done) == len(whole):
+            if sum(killed.values()) < 20:
+                for name in list(done)[::2]:  # there is more to lose
+                    (out / name).unlink()
+    last = started(out, jobs=2)
+    _, errors = last.communicate(timeout=120)
+    assert last.returncode == 0, errors
+    assert parts(out) == whole
+    assert f"{RUNS:,} runs" in errors
+    assert min(killed.values()) >= 5
