@@ -15,7 +15,7 @@ from rcc_sim.diagnose.knobs import Knob, nuisance_knobs
 from rcc_sim.diagnose.noise import Whitener
 from rcc_sim.diagnose.profile import Probe, Profile, overlap, probe_size, shares
 from rcc_sim.diagnose.remainder import remainder
-from rcc_sim.diagnose.screen import Screened
+from rcc_sim.diagnose.screen import Screen, Screened
 
 Array = NDArray[np.float64]
 
