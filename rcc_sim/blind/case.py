@@ -21,7 +21,7 @@ from rcc_sim.blind.drives import (
     smooth,
 )
 from rcc_sim.blind.nominal import vehicle_text
-from rcc_sim.blind.plant import GRAVITY, Drive, Truth
+from rcc_sim.blind.plant import CLOCK, GRAVITY, Drive, Truth
 from rcc_sim.blind.strengths import HILLS_LENGTH, Scene, Withheld, draws
 from rcc_sim.blind.unknowns import UNKNOWNS
 from rcc_sim.blind.worth import Yardstick, coarse, fine
@@ -270,7 +270,7 @@ def _recorded(
         time = np.asarray(d.rows) * (how.tick / how.substeps)
         read = sensors.sensed(family, _read(rows, family, effects), bias, rng)
         keep = sensors.arrived(len(rows), rng)
-        logs[part] = _columns(family, time, read, keep, d, at.surveyed)
+        logs[part] = logged_columns(family, time, read, keep, d, at.surveyed)
         windows[part] = acting(time, rows[:, 9]) if kind == "unknown" else []
         energy[part] = books["battery"] / 3600.0
         distance[part] = float(rows[-1, 8])
@@ -315,7 +315,7 @@ def over_file(at: Setting, effects: Sequence[Withheld]) -> dict[str, dict[str, f
     return found
 
 
-def _columns(
+def logged_columns(
     family: str,
     time: Array,
     read: dict[str, Array],
@@ -323,13 +323,17 @@ def _columns(
     d: Drive,
     surveyed: bool,
 ) -> dict[str, Array]:
-    """Return a log's columns in their order, rows that arrived alone."""
-    clock = np.floor(time / 0.01 + 1e-9).astype(int)
-    steer = np.asarray(d.steer)[clock]
+    """Return a log's columns in their order, rows that arrived alone.
+
+    Commands are those of the row's own time, straight between entries of the clock.
+    """
+    clock = CLOCK * np.arange(len(np.asarray(d.ref)))
+    ref = np.interp(time, clock, np.asarray(d.ref))
+    steer = np.interp(time, clock, np.asarray(d.steer))
     speed = {"speed_mps": read.pop("speed_mps")}
     columns = {"time_s": np.round(time, 6)}
     if family == "rc":
-        columns["speed_ref_mps"] = np.round(np.asarray(d.ref)[clock], 6)
+        columns["speed_ref_mps"] = np.round(ref, 6)
     columns |= speed | {"steer_cmd_rad": np.round(steer, 6)} | read
     if not surveyed:
         del columns["elevation_m"]

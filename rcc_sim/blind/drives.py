@@ -12,6 +12,7 @@ from rcc_sim.blind.plant import CLOCK, Drive
 
 Array = NDArray[np.float64]
 SLOPE_STEP = 5.0  # m
+STRAIGHT = 0.02  # 1; share of the top speed below which none steers; fades in to twice
 STYLES = {
     "rc": {"track": (1.0, 0.15), "stop_and_go": (0.75, 0.4), "brisk": (1.0, 0.25)},
     "ev": {"urban": (0.65, 0.3), "highway": (1.0, 0.1), "stop_and_go": (0.45, 0.5)},
@@ -89,7 +90,8 @@ def speed_programme(car: Base, style: str, rng: np.random.Generator) -> Array:
 def steering_programme(car: Base, speed: Array, rng: np.random.Generator) -> Array:
     """Return a steering command on the clock [rad]: slaloms, lane changes, arcs.
 
-    The amplitude aims at a lateral acceleration, A = l a_y / v², within a limit.
+    The amplitude aims at a lateral acceleration, A = l a_y / v², within a limit. It
+    never jumps, so that samples of it tell what it was in between.
     """
     how = TIMING[car.family]
     steer = np.zeros(len(speed))
@@ -115,7 +117,8 @@ def steering_programme(car: Base, speed: Array, rng: np.random.Generator) -> Arr
         end = min(k + len(shape), len(steer))
         steer[k:end] = shape[: end - k]
         t += long + rng.uniform(0.3, 1.5) * how.period[1]
-    return np.where(speed > 0.02 * car.v_max, steer, 0.0)
+    fades = np.clip(speed / (STRAIGHT * car.v_max) - 1.0, 0.0, 1.0)
+    return np.asarray(steer * fades, dtype=np.float64)
 
 
 def rough_road(n: int, sd: float, seconds: float, rng: np.random.Generator) -> Array:

@@ -15,7 +15,7 @@ from typing import NamedTuple
 from rcc_sim.jit import jit
 
 GRAVITY = 9.80665  # m/s²
-CLOCK = 0.01  # s; commands change, and the window of a mean is, this long
+CLOCK = 0.01  # s; between entries of a command, and the window of a mean
 SHAPE = 1.3  # 1; shape factor of the lateral tyre curve
 CURRENT_LAG = 0.002  # s; of the current loop
 COLUMNS = 10  # speed, yaw rate, a_x, a_y, I_q, u, i, elevation, distance, activity
@@ -111,7 +111,11 @@ class Truth(NamedTuple):
 
 
 class Drive(NamedTuple):
-    """One drive: commands and road by the clock, rows by the step."""
+    """One drive: commands and road by the clock, rows by the step.
+
+    Between two ticks of the clock a command runs straight. The speed loop samples its
+    reference (``Truth.hold``); the steering follows its command at all times.
+    """
 
     ref: object  # speed [m/s] at each tick of the clock
     steer: object  # road-wheel angle commanded [rad] at each tick of the clock

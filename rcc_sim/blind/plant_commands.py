@@ -49,6 +49,6 @@ def drive_command(p, m, ref, ref_next, w, integral):
     if tau < low:
         brake = (low - tau) * p.n
         tau = low
-    if ref == 0.0 and ref_next == 0.0 and v < 0.05:  # held by the brakes
+    if ref == 0.0 and ref_next == 0.0 and v == 0.0:  # held by the brakes
         tau, brake = 0.0, 0.1 * m * GRAVITY
     return min(tau, high) / p.K_t, brake, integral

@@ -61,8 +61,7 @@ def run(p, d, T_tick, subs, out, E, line):
             line[tick % len(line)] = i_wish
         wish = line[(tick - behind) % len(line)] if tick >= behind else 0.0
         # steering: lag(play(gain command + offset)), and what may be wrong with it
-        j = math.floor((t - p.steer_delay) / CLOCK + 1e-6)
-        cmd = d.steer[j] if j >= 0 else 0.0
+        cmd = at(d.steer, (t + 0.5 * T_tick - p.steer_delay) / CLOCK)
         whole = p.steer_gain * cmd + p.steer_offset
         goal = whole
         if cmd > 0.0:

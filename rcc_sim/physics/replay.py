@@ -45,6 +45,20 @@ def open_window(flow):
 
 
 @jit
+def weigh(flow, share):
+    """Count what has flowed since the window opened by a share of itself."""
+    flow.dt *= share
+    flow.a_x *= share
+    flow.a_y *= share
+    flow.i_q *= share
+    flow.tau *= share
+    flow.u *= share
+    flow.i *= share
+    flow.P *= share
+    flow.aux *= share
+
+
+@jit
 def look_up_inputs(p, s, u, t, rows_at, time, ref, steer, grade, slope, aux):
     """Read what acts at t [s]: reference, steering, slope and auxiliary power."""
     held = held_time(t, p.reference_sampling.period_s)
@@ -64,7 +78,8 @@ def recall(p, c, s, u, row, v, i_q, share_v, share_i):
     only while the loop is free, that is at none of its limits.
     """
     if v == v:
-        s.v_x = max(s.v_x + share_v * (v - row.v), 0.0)
+        s.v_x = max(s.v_x + share_v * (v - row.w), 0.0)
+        s.w = max(s.w + share_v * (v - row.w), 0.0)
     if p.control.mode != SPEED or i_q != i_q:
         return
     omega_ref = u.v_ref * c.n_file
@@ -119,6 +134,7 @@ def run_replayed(
     eff = max(p.motor_efficiency.scale, ETA_MIN)
     asked = 0.0
     r_0 = 0.0
+    w_0 = 0.0
     first = speed[0]
     if first != first:
         first = 0.0
@@ -126,26 +142,34 @@ def run_replayed(
     look_up_inputs(p, s, u, time[0], 0, time, ref, steer, grade, slope, aux)
     write(c, s, u, E, flow, rows[0])
     tick = math.floor(time[0] / T + NEAR)
+    start = 0.0  # an imposed run has no controller: its ticks end at the rows
+    if imposed:
+        start = max(time[0] - tick * T, 0.0)
     for k in range(1, len(rows)):
         rows[k] = rows[k - 1]
         t_end = time[k]
-        last = math.floor(t_end / T + NEAR)
-        opens = max(tick, math.floor((t_end - window) / T + 0.5))
-        opens = min(opens, max(last - 1, tick))
+        ends = (t_end - start) / T
+        last = math.floor(ends + NEAR)
+        more = 1.0 + max(ends - last, 0.0)  # the tick under way, like the one before
+        opened = max(ends - window / T, float(tick))
+        opens = min(math.floor(opened + NEAR), max(last - 1, tick))
         before = k - 1
         span = time[k] - time[before]
         while tick < last:
             if tick == opens:
                 open_window(flow)
-            t = max(tick * T, time[0])
+            elif tick == last - 1:
+                weigh(flow, 1.0 / more)
+            t = max(start + tick * T, time[0])
             look_up_inputs(p, s, u, t, before, time, ref, steer, grade, slope, aux)
             angle = u.steer
             r_0 = s.r
+            w_0 = s.w
             if p.steering_delay.delay_s > 0.0:
                 angle = delayed(late_steer, tick, p.steering_delay.delay_s, T, angle)
             if imposed:
                 actuate(p, c, s, u, 0.0, angle)
-                part = min(((tick + 1) * T - time[before]) / span, 1.0)
+                part = min((start + (tick + 1) * T - time[before]) / span, 1.0)
                 v_1 = max(speed_between(speed, accel, before, part, span), 0.0)
                 if p.lanes.steer == LOGGED:
                     step_steered(p, c, s, u, f, E, flow, v_1, T)
@@ -176,16 +200,21 @@ def run_replayed(
                 flow.tau += (asked - u.tau) * T
                 if c.K_t > 0.0:
                     flow.i_q += (asked - u.tau) / c.K_t * T
+            if tick == opens:
+                weigh(flow, min(opens + 1.0 - opened, 1.0))
+            if tick == last - 1:
+                weigh(flow, more)
             tick += 1
         s.t = t_end
         if flow.dt > 0.0:
             write(c, s, u, E, flow, rows[k])
         rows[k].t = t_end
-        rows[k].r = s.r + (s.r - r_0) * (t_end - tick * T) / T
+        rows[k].r = s.r + (s.r - r_0) * (ends - tick)
+        rows[k].w = max(s.w + (s.w - w_0) * (ends - tick), 0.0)
         if imposed:
             rows[k].v = speed[k]
         else:
-            rows[k].v = max(s.v_x + s.a_x * (t_end - tick * T), 0.0)
+            rows[k].v = max(s.v_x + s.a_x * (ends - tick) * T, 0.0)
             recall(
                 p, c, s, u, rows[k], speed[k], current[k],
                 1.0 - math.exp(-span / recalls[0]),

@@ -12,7 +12,7 @@ from rcc_sim.physics.control import (
 )
 from rcc_sim.physics.effects.actuation_delay import command_of
 from rcc_sim.physics.effects.motor_efficiency import ETA_MIN
-from rcc_sim.physics.effects.motor_lag import built_up
+from rcc_sim.physics.effects.motor_lag import built_up, mean_force
 from rcc_sim.physics.effects.reference_sampling import held_time
 from rcc_sim.physics.effects.steering_delay import delayed
 from rcc_sim.physics.extra import EXTRA
@@ -133,8 +133,9 @@ def obey_throttle(p, c, s, u, force, throttle, late_motor, k):
 def actuate(p, c, s, u, tau, steer):
     """Bring torque [N m] and steering command [rad] to the wheels, with their lags."""
     T = p.control.T_loop
-    s.tau = built_up(s.tau, tau, p.motor_lag.time_constant_s, T)
-    u.tau = s.tau
+    lag = p.motor_lag.time_constant_s
+    u.tau = mean_force(s.tau, tau, lag, T)
+    s.tau = built_up(s.tau, tau, lag, T)
     u.delta = road_wheel_angle(p, s, steer)
     u.sin_delta = math.sin(u.delta)
     u.cos_delta = math.cos(u.delta)

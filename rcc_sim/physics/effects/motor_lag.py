@@ -1,5 +1,7 @@
 """A drive force that builds up gradually."""
 
+import math
+
 from rcc_sim.jit import jit
 from rcc_sim.physics.effect import Effect, Param
 from rcc_sim.physics.effects.steering_lag import lagged
@@ -9,6 +11,15 @@ from rcc_sim.physics.effects.steering_lag import lagged
 def built_up(value, target, time_constant, dt):
     """First-order lag of the drive force: value after dt [s] towards a target."""
     return lagged(value, target, time_constant, dt)
+
+
+@jit
+def mean_force(value, target, time_constant, dt):
+    """Mean of the drive force over dt [s], on its way from a value to a target."""
+    if time_constant <= 0.0:
+        return target
+    share = -math.expm1(-dt / time_constant) * time_constant / dt
+    return target + (value - target) * share
 
 
 EFFECT = Effect(
