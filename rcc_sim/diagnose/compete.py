@@ -73,7 +73,7 @@ SAME_FIGURE = {
 }
 """Figure of an effect -> figure of the file that it moves, and whether by a factor."""
 
-MOST_CAUSES = 4
+MOST_CAUSES = 6
 PROFILES = {
     "road_grade": ("effects.road_grade.slope", "distance_m"),
     "auxiliary_load": ("effects.auxiliary_load.power_w", "time_s"),
@@ -339,7 +339,7 @@ def refine(
         fits[top] = engine.fit(fits[top].values, fits[top].knobs, noise=noise, rounds=4)
     after = [f.score - again.score - h for f, h in zip(fits, handicap, strict=True)]
     columns = zip((r for r, _ in moved), fits, before, after, strict=True)
-    refined = sorted((Refined(*one) for one in columns), key=lambda r: -r.after)
+    refined = sorted((Refined(*one) for one in columns), key=lambda r: -r.gain)
     names = [r.screened.candidate.effect for r in refined]
     return [r for i, r in enumerate(refined) if names[i] not in names[:i]]
 

@@ -17,6 +17,9 @@ Array = NDArray[np.float64]
 SENSOR_BIAS = 0.5
 """Offset of a sensor that is no cause, in times its noise, where none is stated."""
 
+ZEROED = 0.2
+"""The same for what is measured at the battery, whose meters are zeroed at rest."""
+
 CURRENT_LOOP_LAG = 0.003
 """Lag that any current loop may have; bandwidths are 50 Hz to some kHz. [s]"""
 
@@ -81,7 +84,8 @@ def bias_knobs(problem: Problem, log: int = 0) -> list[Knob]:
     for c in problem.channels:
         sensor = problem.vehicle.sensors.get(c)
         stated = sensor.bias_sd.value if sensor and sensor.bias_sd else None
-        sd = SENSOR_BIAS * calm_noise(problem.log[c]) if stated is None else stated
+        share = ZEROED if c.startswith("battery") else SENSOR_BIAS
+        sd = share * calm_noise(problem.log[c]) if stated is None else stated
         if c != "speed_mps" and sd > 0:
             knobs.append(Knob(f"bias.{log}.{c}", 0.0, sd))
     return knobs
