@@ -80,6 +80,16 @@ def diagnose(
         Path | None,
         typer.Option(help="Write the causes that vary, over time.", metavar="F.csv"),
     ] = None,
+    next_run: Annotated[
+        Path | None,
+        typer.Option(
+            help="Write a run to drive next: .csv, or .mcap for ROS 2.",
+            metavar="F",
+        ),
+    ] = None,
+    html: Annotated[
+        Path | None, typer.Option(help="Write it as a page.", metavar="F.html")
+    ] = None,
     output: Output = None,
     csv: Csv = False,
     json: Json = False,
@@ -93,7 +103,9 @@ def diagnose(
         logs, vehicle, withhold or [], hide or [], candidates or [], holdout or [],
         repeats or [], reader, map_,
     )  # fmt: skip
-    _write(found, write_vehicle, profiles)
+    _write(found, write_vehicle, profiles, next_run)
+    if html is not None:
+        _page(found, html, [*logs, vehicle])
     _deliver(found, output, csv=csv, json=json)
 
 
@@ -137,16 +149,34 @@ def _found(
         )
 
 
-def _write(found: Diagnosis, vehicle: Path | None, profiles: Path | None) -> None:
-    from rcc_sim.diagnose.deliver import write_mended, write_profiles
+def _page(found: Diagnosis, path: Path, inputs: list[str]) -> None:
+    from rcc_sim.report.diagnosis_page import diagnosis_page
+    from rcc_sim.report.html import write_html
+
+    page = diagnosis_page(found, inputs)
+    with atomic(path) as file:
+        write_html(page, file)
+    say(f"wrote {path}")
+
+
+def _write(
+    found: Diagnosis,
+    vehicle: Path | None,
+    profiles: Path | None,
+    next_run: Path | None,
+) -> None:
+    from rcc_sim.diagnose.deliver import write_mended, write_next_run, write_profiles
 
     if vehicle is not None:
         write_mended(found, vehicle)
         say(f"wrote {vehicle}")
     if profiles is not None:
-        with atomic(profiles) as file:
+        with atomic(profiles, "wb") as file:
             write_profiles(found, file)
         say(f"wrote {profiles}")
+    if next_run is not None:
+        write_next_run(found, next_run)
+        say(f"wrote {next_run}")
 
 
 def _deliver(found: Diagnosis, output: Path | None, *, csv: bool, json: bool) -> None:

@@ -8,7 +8,9 @@ from typing import IO, Any
 import numpy as np
 
 from rcc_sim.definitions.write_vehicle import write_vehicle
+from rcc_sim.diagnose.experiment import next_run
 from rcc_sim.diagnose.run import Diagnosis
+from rcc_sim.readers import write_commands
 from rcc_sim.trace import Trace, write_trace
 
 WORDS = {
@@ -38,7 +40,7 @@ def write_mended(found: Diagnosis, path: Path) -> None:
             road = Trace({"distance_m": profile.knots, "slope": rest})
             with beside.open("wb") as file:
                 write_trace(road, file)
-            effects[a.cause.effect]["profile"] = str(beside.resolve())
+            effects[a.cause.effect]["profile"] = beside.name
     log = ", ".join(g.log for g in found.gaps)
     write_vehicle(found.vehicle, path, found.figures(), effects, log)
 
@@ -69,6 +71,25 @@ def write_profiles(found: Diagnosis, file: IO[bytes]) -> None:
             f"{name}_high": value + band,
         }
     write_trace(Trace(columns), file)
+
+
+def write_next_run(found: Diagnosis, path: Path) -> None:
+    """Write commands to drive next, within the speed and steer of the first log.
+
+    Raises
+    ------
+    InputError
+        If the format is not known, or the vehicle lacks what it takes.
+    """
+    problem = found.found.engine.problems[0]
+    log = problem.log
+    steer = 0.2
+    if "steer_cmd_rad" in log:
+        steer = 0.5 * float(np.nanmax(np.abs(log["steer_cmd_rad"]))) or steer
+    top = float(problem.speed.max()) or 1.0
+    time, speed, angle = next_run(top, steer, found.vehicle.wheelbase)
+    kind = "mcap" if path.suffix == ".mcap" else "csv"
+    write_commands(path, time, speed, angle, found.vehicle, format=kind)
 
 
 def screen(found: Diagnosis) -> list[str]:

@@ -5,6 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+RATE = 0.02
+"""Time between two rows of a run to drive. [s]"""
+
 SEPARATES: dict[str, tuple[frozenset[str], ...]] = {
     "drive the same stretch out and back, once in each direction": (
         frozenset({"road_grade", "headwind"}),
@@ -82,3 +90,27 @@ def next_experiments(tied: Sequence[str]) -> list[Experiment]:
             found.append((min(len(shown), len(rest)), Experiment(do, tuple(tied))))
     found.sort(key=lambda pair: -pair[0])
     return [experiment for _, experiment in found[:3]]
+
+
+def next_run(
+    top_speed: float, top_steer: float, wheelbase: float
+) -> tuple[Array, Array, Array]:
+    """Return time [s], speed [m/s] and steering angle [rad] of a run that tells much.
+
+    Steps of the speed up and down, two coasts to a stand, and at three speeds a step,
+    a held circle and a slalom of the steering, both ways round.
+    """
+    parts: list[tuple[float, float, float]] = [(2.0, 0.0, 0.0)]
+    for share in (0.3, 0.6, 1.0):
+        v = share * top_speed
+        turn = max(2 * np.pi * wheelbase / max(v, 0.1), 1.0)
+        parts += [(3.0, v, 0.0), (turn, v, top_steer), (turn, v, -top_steer)]
+        parts += [(0.5 * turn, v, s * 0.5 * top_steer) for s in (1, -1, 1, -1)]
+        parts += [(2.0, v, 0.0)]
+    parts += [(6.0, 0.0, 0.0), (4.0, top_speed, 0.0), (8.0, 0.0, 0.0)]
+    ends = np.cumsum([seconds for seconds, _, _ in parts])
+    time = np.arange(0.0, ends[-1], RATE)
+    part = np.searchsorted(ends, time, side="right")
+    speed = np.array([v for _, v, _ in parts])[part]
+    steer = np.array([angle for _, _, angle in parts])[part]
+    return time, speed, steer

@@ -1,0 +1,64 @@
+import json
+import subprocess
+import sys
+
+import pytest
+
+
+def rccsim(*words):
+    command = [sys.executable, "-m", "rcc_sim", *map(str, words)]
+    return subprocess.run(command, capture_output=True, text=True)
+
+
+@pytest.fixture(scope="module")
+def drive(tmp_path_factory):
+    log = tmp_path_factory.mktemp("drive") / "drive.csv"
+    done = rccsim(
+        "simulate", "rcc", "--cycle", "udds[20:125]", "--lane-change-every", "20",
+        "--with", "battery_resistance:resistance_ohm=0.05", "-o", log,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return log
+
+
+@pytest.mark.slow
+def test_a_diagnosis_writes_all_that_is_asked_for(drive, tmp_path):
+    files = {
+        "--write-vehicle": tmp_path / "mended.toml",
+        "--profiles": tmp_path / "profiles.csv",
+        "--next-run": tmp_path / "next.csv",
+        "--html": tmp_path / "page.html",
+    }
+    options = [word for pair in files.items() for word in pair]
+    done = rccsim("diagnose", drive, "--vehicle", "rcc", "--json", *options)
+    assert done.returncode == 0, done.stderr
+    document = json.loads(done.stdout)
+    assert "battery_resistance" in [c["effect"] for c in document["causes"]]
+    assert all(path.stat().st_size > 20 for path in files.values())
+    value = document["causes"][0]["parameters"]["resistance_ohm"]["value"]
+    assert value == pytest.approx(0.05, rel=0.02)
+    gap = rccsim("gap", drive, "--vehicle", files["--write-vehicle"], "--json")
+    assert abs(json.loads(gap.stdout)["energy"]["gap_percent"]) < 0.5
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["--vehicle", "rcx"], "rcx"),
+        (["--vehicle", "rcc", "--hide", "no_such_column"], "no_such_column"),
+        (["--vehicle", "rcc", "--candidates", "no_such"], "no such effect"),
+        (["--vehicle", "rcc", "--withhold", "tyre_saturation"], "does not have it"),
+    ],
+)
+def test_wrong_words_are_told(drive, words, told):
+    done = rccsim("diagnose", drive, *words)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert done.stderr.startswith("error: ") and told in done.stderr
+
+
+def test_an_empty_log_is_told(tmp_path):
+    (tmp_path / "empty.csv").touch()
+    done = rccsim("diagnose", tmp_path / "empty.csv", "--vehicle", "rcc")
+    assert done.returncode == 2
+    assert "empty" in done.stderr
