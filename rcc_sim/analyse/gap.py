@@ -137,7 +137,7 @@ def gap(
     """
     log = logged.log
     _refuse_unusable(logged, vehicle)
-    drive = drive_of(log, vehicle, window or _window(log))
+    drive = drive_of(log, vehicle, window or window_of(log))
     if drive.imposed:  # power follows from the motion, not from the torque logged
         drive = untorqued(drive)
     names = USED
@@ -216,7 +216,7 @@ def _refuse_unusable(logged: Logged, vehicle: Vehicle) -> None:
             )
 
 
-def _window(log: Trace) -> float:
+def window_of(log: Trace) -> float:
     """Return 10 ms, or without end for a trace whose flows are means since a row."""
     return 1e9 if "battery_energy_j" in log else 0.01
 

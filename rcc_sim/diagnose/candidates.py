@@ -22,6 +22,7 @@ AGGREGATES = {"road_load", "motor_efficiency"}
 
 SPEED_LOOP = {"reference_sampling", "speed_dead_zone", "speed_loop"}
 COMMANDED = {"actuation_delay", "motor_lag", "current_limit", *SPEED_LOOP}
+CLOCKED = {"reference_sampling"}
 THROTTLE = {"throttle_dead_zone"}
 DELAYS = {"actuation_delay", "steering_delay", "steering_lag", "motor_lag"}
 
@@ -49,6 +50,8 @@ class Search:
         Strength that is tried first.
     grid : tuple of float
         Strengths that are all tried: for thresholds, limits and clocks.
+    clocked : bool
+        Whether it is a period, whose signal has no slope at all: found by trying alone.
     """
 
     key: str
@@ -57,6 +60,7 @@ class Search:
     high: float
     first: float
     grid: tuple[float, ...] = ()
+    clocked: bool = False
 
 
 @dataclass(frozen=True)
@@ -170,7 +174,8 @@ def search_of(problem: Problem, effect: Effect, param: Param) -> Search:
         first = 0.5 * (1 + a)
     else:
         first = 1.1 * neutral if stated and neutral else sqrt(max(a, 1e-9) * b)
-    return Search(key, neutral, low, high, first, grid)
+    clocked = effect.id in CLOCKED
+    return Search(key, neutral, low, high, first, grid, clocked)
 
 
 def grid_of(problem: Problem, effect: Effect, param: Param) -> tuple[float, ...]:

@@ -34,7 +34,7 @@ ENOUGH = 15.0
 ENOUGH_MORE = 22.0
 """Nats that a further cause must."""
 
-PROFILE_ENOUGH = 30.0
+PROFILE_ENOUGH = 40.0
 """Nats that a profile must gain; it must beat a constant by half of this."""
 
 PROFILE_MISFIT = 0.1
@@ -179,7 +179,8 @@ def compete(
         one = cause_of(best, refined) if best else None
         named = {c.effect for c in candidates} - taken
         varying = profile_cause(engine, current, named)
-        if varying and is_clear(varying, one, causes):
+        constant = {r.candidate.effect: r.gain for r, _ in reversed(found)}
+        if varying and is_clear(varying, one, constant, causes):
             ranking[varying.effect] = max(ranking.get(varying.effect, 0), varying.gain)
             left = remainder(engine, current).against(varying.shares)
             if varying.gain > UNLIKE[varying.effect] * left:
@@ -222,9 +223,19 @@ def without_idle(
     return causes, fit
 
 
-def is_clear(varying: Cause, one: Cause | None, causes: Sequence[Cause]) -> bool:
-    """Tell whether a profile is to be taken in before the best constant cause."""
-    if varying.gain <= max(PROFILE_ENOUGH, needed_gain(causes, varying.shares)):
+def is_clear(
+    varying: Cause,
+    one: Cause | None,
+    constant: dict[str, float],
+    causes: Sequence[Cause],
+) -> bool:
+    """Tell whether a profile is to be taken in before the best constant cause.
+
+    It must also beat the same effect held constant.
+    """
+    held = constant.get(varying.effect, 0.0) + PROFILE_ENOUGH / 2
+    needed = max(PROFILE_ENOUGH, needed_gain(causes, varying.shares), held)
+    if varying.gain <= needed:
         return False
     if one is None:
         return True
@@ -369,7 +380,7 @@ def effect_knobs(screened: Screened) -> list[Knob]:
     """The figures of a candidate, free to move from where the screen left them."""
     knobs = []
     for s in screened.candidate.searches:
-        if s.key not in screened.values:
+        if s.key not in screened.values or s.clocked:
             continue
         x = screened.values[s.key]
         moved = abs(x - s.neutral) if s.neutral < inf else abs(x)
@@ -391,8 +402,9 @@ def cause_of(best: Refined, refined: Sequence[Refined]) -> Cause:
     ]
     rival = max((r.after for r in others if r not in tied), default=0.0)
     keys = [k.key for k in best.fit.knobs]
-    own = [best.fit.signals[keys.index(k)] for k in best.screened.values]
+    own = [best.fit.signals[keys.index(k)] for k in best.screened.values if k in keys]
     signal = [sum(parts[1:], parts[0]) for parts in zip(*own, strict=True)]
+    where = shares(signal or best.fit.residuals, best.fit.noise)
     return Cause(
         name,
         tuple(best.screened.values),
@@ -400,7 +412,7 @@ def cause_of(best: Refined, refined: Sequence[Refined]) -> Cause:
         best.gain - (best.after - rival),
         tuple(r.screened.candidate.effect for r in tied),
         sharpened=max(best.after / best.gain, 1.0) if best.gain > 0 else 1.0,
-        shares=shares(signal, best.fit.noise),
+        shares=where,
     )
 
 

@@ -26,6 +26,10 @@ Mask = NDArray[np.bool_]
 MEMORY = 3.0
 """Time over which the noise may remember, a rough road's above all. [s]"""
 
+INEXACT = 1e-4
+"""Noise below which no channel is judged, as a share of its largest value: a model is
+no more exact than that, and a simulated log holds no other noise."""
+
 WORKERS = 2
 SHORTER = (1.0, 0.4, 0.1)
 """Shares of a step that are tried in turn."""
@@ -69,10 +73,14 @@ class Fit:
 
     def sd(self, key: str) -> float:
         """Standard deviation of a figure, the others being free."""
-        at = [k.key for k in self.knobs].index(key)
+        return float(self.sds()[[k.key for k in self.knobs].index(key)])
+
+    def sds(self) -> Array:
+        """Standard deviations of all figures, each with the others free."""
         unit = 1 / np.sqrt(np.diag(self.information) + 1e-300)
         scaled = self.information * np.outer(unit, unit) + 1e-10 * np.eye(len(unit))
-        return float(np.sqrt(np.linalg.inv(scaled)[at, at]) * unit[at])
+        spread: Array = np.sqrt(np.diag(np.linalg.inv(scaled))) * unit
+        return spread
 
 
 class Engine:
@@ -92,13 +100,14 @@ class Engine:
         self.problems = tuple(problems)
         self.pool = ThreadPoolExecutor(WORKERS)
         self.tracks = [(i, c) for i, p in enumerate(problems) for c in p.channels]
-        self.valid, self.grows_with, self.edges = [], [], []
+        self.valid, self.grows_with, self.edges, self.least = [], [], [], []
         for i, p in enumerate(problems):
             t = p.log["time_s"]
             rate = 1 / float(np.median(np.diff(t)))
             for c, ok in zip(p.channels, p.judged, strict=True):
                 self.valid.append(ok if rows is None else ok & rows[i])
                 self.grows_with.append([p.speed, local_range(p.nominal[c])])
+                self.least.append(INEXACT * float(np.nanmax(np.abs(p.log[c]))))
                 self.edges.append(lag_edges(rate, MEMORY, len(t)))
 
     def on(self, rows: list[Mask]) -> Engine:
@@ -116,7 +125,14 @@ class Engine:
 
     def learn_noise(self, residuals: list[Array]) -> list[Whitener]:
         """Noise model of each track, from what a fit leaves."""
-        every = zip(residuals, self.valid, self.grows_with, self.edges, strict=True)
+        every = zip(
+            residuals,
+            self.valid,
+            self.grows_with,
+            self.edges,
+            self.least,
+            strict=True,
+        )
         return [fit_whitener(*track) for track in every]
 
     def loglik(self, residuals: list[Array], noise: list[Whitener]) -> float:

@@ -18,6 +18,9 @@ Mask = NDArray[np.bool_]
 STRETCHES = 8
 """Stretches that a log is cut into; every other one is held out in turn."""
 
+FARTHEST = 3.0
+"""Standard deviations by which half of a log may move a figure: beyond, it is bent."""
+
 BORDER = 1.5
 """Time around a border that neither side uses, beyond the noise's memory. [s]"""
 
@@ -78,10 +81,11 @@ def refitted(engine: Engine, fit: Fit, rows: list[Mask]) -> dict[str, float]:
     unit = 1 / np.sqrt(np.diag(H) + 1e-300)
     scaled = H * np.outer(unit, unit) + 1e-9 * np.eye(len(H))
     step = -unit * np.linalg.solve(scaled, (A.T @ w + off) * unit)
-    return {
-        k.key: float(min(max(fit.values[k.key] + s, k.low), k.high))
-        for k, s in zip(fit.knobs, step, strict=True)
-    }
+    moved = dict(fit.values)
+    for k, s, far in zip(fit.knobs, step, FARTHEST * fit.sds(), strict=True):
+        x = fit.values[k.key] + float(np.clip(s, -far, far))
+        moved[k.key] = min(max(x, k.low), k.high)
+    return moved
 
 
 def hold_out(engine: Engine, nominal: Engine, fit: Fit) -> Shrink:

@@ -104,18 +104,23 @@ def log_likelihood(whitener: Whitener, e: Array) -> float:
 
 
 def fit_whitener(
-    e: Array, valid: Mask, grows_with: list[Array], edges: list[int]
+    e: Array,
+    valid: Mask,
+    grows_with: list[Array],
+    edges: list[int],
+    least: float = 0.0,
 ) -> Whitener:
     """Learn scale and memory from a residual.
 
     The scale's square is 1 plus a non-negative sum of the squares of what the noise
     may grow with (speed; how fast the channel changes), learnt from what the memory
-    does not foresee.
+    does not foresee. No noise is below ``least``.
     """
     n = int(valid.sum())
     scale = np.ones(len(e))
     if n < 10 or not np.any(e[valid]):
-        return Whitener(scale, np.zeros(len(edges) - 1), edges, 1.0, valid)
+        size = max(least, 1e-12) if n >= 10 else 1.0
+        return Whitener(scale, np.zeros(len(edges) - 1), edges, size, valid)
     raw = np.where(valid, e, 0.0)
     parts = [np.ones(len(e))]
     for g in grows_with:
@@ -139,7 +144,7 @@ def fit_whitener(
         features = np.stack(block_means(z, edges), axis=1)[valid]
         memory, sigma = fit_memory(z[valid], features, memory)
     unit = float(np.sqrt(share[0])) or 1.0
-    return Whitener(scale / unit, memory, edges, sigma * unit, valid)
+    return Whitener(scale / unit, memory, edges, max(sigma * unit, least), valid)
 
 
 def fit_scale(u: Array, X: Array, share: Array) -> Array:

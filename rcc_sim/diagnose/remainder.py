@@ -25,7 +25,7 @@ CARRIERS = {
 figure by which the model is made to do so (the second, where a file states it)."""
 
 FOLLOWS = {
-    "time_s": (25, 40, 100),
+    "time_s": (25, 40),
     "speed_mps": (16,),
     "steer_cmd_rad": (16,),
 }

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.analyse.gap import Gap, gap
+from rcc_sim.analyse.gap import Gap, gap, window_of
 from rcc_sim.analyse.gap_report import where
 from rcc_sim.analyse.logged import Logged
 from rcc_sim.definitions.figure import Z_90, Figure
@@ -239,7 +239,7 @@ def problem_of(log: Trace, vehicle: Vehicle) -> Problem:
     power = _battery_power(log)
     if power is not None and "battery_power_w" not in log:
         log = Trace({**log.columns, "battery_power_w": power}, name=log.name)
-    return Problem(vehicle, log, drive_of(log, vehicle))
+    return Problem(vehicle, log, drive_of(log, vehicle, window_of(log)))
 
 
 def _only(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -14,6 +15,9 @@ from rcc_sim.errors import InputError
 Array = NDArray[np.float64]
 
 TRIES = 7
+TICK, FINER = 0.001, 9
+"""Step [s], and steps to each side, by which a clock's period is found finer."""
+
 FARTHEST = 10.0
 """Most that one try may reach beyond the last, in times its distance from neutral."""
 
@@ -82,8 +86,16 @@ class Screen:
 
     def scan(self, search: Search) -> tuple[float, float]:
         """Best of a grid: for thresholds, limits and clocks, which have no slope."""
-        tried = [(self.gain(self.signal({search.key: x})), x) for x in search.grid]
-        return max(tried, default=(0.0, search.neutral))
+        best = self.best_of(search.key, search.grid)
+        if search.clocked and best[0] > 0:
+            near = best[1] + TICK * np.arange(-FINER, FINER + 1)
+            best = max(best, self.best_of(search.key, near[near > 0]))
+        return best
+
+    def best_of(self, key: str, strengths: Iterable[float]) -> tuple[float, float]:
+        """Best of some strengths and what it gains."""
+        tried = [(self.gain(self.signal({key: x})), float(x)) for x in strengths]
+        return max(tried, default=(0.0, 0.0))
 
     def seek(self, search: Search) -> tuple[float, float]:
         """Best strength by repeated linear guesses, from a likely one on."""

@@ -10,8 +10,9 @@ from rcc_sim.definitions.figure import Z_90
 from rcc_sim.diagnose.compete import ENOUGH, Cause, Explanation
 from rcc_sim.diagnose.engine import Fit
 from rcc_sim.diagnose.remainder import Remainder
+from rcc_sim.diagnose.screen import TICK
 
-WITHDRAWN = 0.5
+WITHDRAWN = 0.4
 """Share of a cause's nats that a remainder may have before the cause is withdrawn."""
 
 SOFT = 4.0
@@ -87,6 +88,9 @@ def estimates(fit: Fit, cause: Cause) -> dict[str, Estimate]:
             low = max(value - Z_90 * sd, knobs[key].low)
             high = min(value + Z_90 * sd, knobs[key].high)
             out[name] = Estimate(value, min(low, value), max(high, value), sd)
+        else:  # a clock's period, found by trying
+            value = fit.values[key]
+            out[name] = Estimate(value, value - TICK, value + TICK, 0.5 * TICK)
     return out
 
 
