@@ -10,13 +10,16 @@ from numpy.typing import NDArray
 
 from rcc_sim.definitions.figure import Z_90
 from rcc_sim.diagnose.engine import Engine, Fit
-from rcc_sim.diagnose.noise import Whitener
+from rcc_sim.diagnose.noise import FREEDOM, Whitener
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 STRETCHES = 8
 """Stretches that a log is cut into; every other one is held out in turn."""
+
+NOISE = FREEDOM / (FREEDOM - 2)
+"""Mean square of noise alone: the variance of the t-distribution it follows."""
 
 FARTHEST = 3.0
 """Standard deviations by which half of a log may move a figure: beyond, it is bent."""
@@ -103,7 +106,7 @@ def hold_out(engine: Engine, nominal: Engine, fit: Fit) -> Shrink:
         parts = [p for p in np.array_split(np.flatnonzero(judged), 10) if len(p)]
         squares += [(float(before[p].mean()), float(after[p].mean())) for p in parts]
     b, a = np.array(squares).T
-    floor = min(1.0, float(np.mean(a)))
+    floor = min(NOISE, float(np.mean(a)))
     total = max(float(b.mean()) - floor, 1e-9)
     left = max(float(a.mean()) - floor, 0.0)
     explained = 1 - left / total

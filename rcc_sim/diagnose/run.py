@@ -19,7 +19,7 @@ from rcc_sim.diagnose.candidates import candidates_for
 from rcc_sim.diagnose.compete import Cause, Explanation, compete
 from rcc_sim.diagnose.engine import Engine, Fit
 from rcc_sim.diagnose.experiment import next_experiments
-from rcc_sim.diagnose.hold_out import Shrink, folds, hold_out, refitted
+from rcc_sim.diagnose.hold_out import NOISE, Shrink, folds, hold_out, refitted
 from rcc_sim.diagnose.knobs import RADIUS
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.remainder import Remainder, remainder
@@ -280,7 +280,7 @@ def _proof(
 
 
 def _shrunk(b: Array, a: Array) -> Shrink:
-    floor = min(1.0, float(a.mean()))
+    floor = min(NOISE, float(a.mean()))
     total, left = max(float(b.mean()) - floor, 1e-9), max(float(a.mean()) - floor, 0.0)
     spread = Z_90 * float(a.std() / np.sqrt(len(a))) / total
     share = 1 - left / total
