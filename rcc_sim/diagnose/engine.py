@@ -19,6 +19,7 @@ from rcc_sim.diagnose.noise import (
     weights,
 )
 from rcc_sim.diagnose.problem import Problem
+from rcc_sim.simulate.smooth import is_rough
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -26,9 +27,13 @@ Mask = NDArray[np.bool_]
 MEMORY = 3.0
 """Time over which the noise may remember, a rough road's above all. [s]"""
 
-INEXACT = 1e-4
-"""Noise below which no channel is judged, as a share of its largest value: a model is
-no more exact than that, and a simulated log holds no other noise."""
+INEXACT = 3e-4
+"""Noise below which no channel is judged, as a share of its largest value: no model is
+more exact than that."""
+
+NOISELESS = 2e-3
+"""The same for a channel without noise, as a simulated log has: there each launch that
+is a tick late would outweigh the drive."""
 
 WORKERS = 2
 SHORTER = (1.0, 0.4, 0.1)
@@ -107,7 +112,8 @@ class Engine:
             for c, ok in zip(p.channels, p.judged, strict=True):
                 self.valid.append(ok if rows is None else ok & rows[i])
                 self.grows_with.append([p.speed, local_range(p.nominal[c])])
-                self.least.append(INEXACT * float(np.nanmax(np.abs(p.log[c]))))
+                exact = INEXACT if is_rough(p.log[c]) else NOISELESS
+                self.least.append(exact * float(np.nanmax(np.abs(p.log[c]))))
                 self.edges.append(lag_edges(rate, MEMORY, len(t)))
 
     def on(self, rows: list[Mask]) -> Engine:
