@@ -22,6 +22,13 @@ AGGREGATES = {"road_load", "motor_efficiency"}
 
 SPEED_LOOP = {"reference_sampling", "speed_dead_zone", "speed_loop"}
 COMMANDED = {"actuation_delay", "motor_lag", "current_limit", *SPEED_LOOP}
+ROLLED = {"wheel_radius", "speed_sensor_scale"}
+"""Effects that an imposed drive shows only by how it turns: without, they are a factor
+on every force."""
+
+BEYOND = 4.0
+"""Times its typical departure from 1 that a scale may have."""
+
 CLOCKED = {"reference_sampling"}
 THROTTLE = {"throttle_dead_zone"}
 DELAYS = {"actuation_delay", "steering_delay", "steering_lag", "motor_lag"}
@@ -113,6 +120,8 @@ def applies(problem: Problem, effect: Effect) -> bool:
         return False
     if name.startswith("steering") and not drive.steered:
         return False
+    if name in ROLLED and drive.imposed and not drive.steered:
+        return False
     if name == "road_grade" and problem.surveyed:
         return False
     known = vehicle.known
@@ -172,6 +181,8 @@ def search_of(problem: Problem, effect: Effect, param: Param) -> Search:
         first = param.neutral + 0.3 * b
     elif param.neutral == 1.0:
         first = 0.5 * (1 + a)
+        low = max(low, 1 - BEYOND * (1 - a))
+        high = min(high, 1 + BEYOND * max(b - 1, 0.0))
     else:
         first = 1.1 * neutral if stated and neutral else sqrt(max(a, 1e-9) * b)
     clocked = effect.id in CLOCKED

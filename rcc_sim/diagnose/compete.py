@@ -183,7 +183,7 @@ def compete(
         constant = {r.candidate.effect: r.gain for r, _ in reversed(found)}
         if varying and is_clear(varying, one, constant, causes):
             ranking[varying.effect] = max(ranking.get(varying.effect, 0), varying.gain)
-            left = remainder(engine, current).against(varying.shares)
+            left = remainder(engine, current).against(varying.effect, varying.shares)
             if varying.gain > UNLIKE[varying.effect] * left:
                 engine, current = with_profile(engine, current, varying)
                 causes.append(varying)

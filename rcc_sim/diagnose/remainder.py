@@ -24,6 +24,9 @@ CARRIERS = {
 """How something unknown may act: as a drag, a power, an angle of the wheels; and the
 figure by which the model is made to do so (the second, where a file states it)."""
 
+ITSELF = {"auxiliary_load": "power"}
+"""Effect -> the way of acting that is its own."""
+
 FOLLOWS = {
     "time_s": (25, 40),
     "speed_mps": (16,),
@@ -66,11 +69,14 @@ class Remainder:
     shares: Array = field(default_factory=lambda: np.zeros(0))
     rivals: tuple[Remainder, ...] = ()
 
-    def against(self, shares: Array) -> float:
-        """Nats of what is left in the tracks in which a cause shows itself."""
-        return max(
-            (r.evidence * overlap(r.shares, shares) for r in self.rivals), default=0.0
-        )
+    def against(self, effect: str, shares: Array) -> float:
+        """Nats of what is left in the tracks in which a cause shows itself.
+
+        An unknown power is an auxiliary load that varies, and does not speak against
+        one.
+        """
+        rivals = [r for r in self.rivals if ITSELF.get(effect) != r.acts_as]
+        return max((r.evidence * overlap(r.shares, shares) for r in rivals), default=0)
 
     @property
     def is_real(self) -> bool:

@@ -55,7 +55,11 @@ def standing(found: Explanation, left: Remainder) -> list[Cause]:
     """Return the causes that what is left does not dwarf."""
     if not left.is_real:
         return list(found.causes)
-    return [c for c in found.causes if left.against(c.shares) <= WITHDRAWN * c.gain]
+    return [
+        c
+        for c in found.causes
+        if left.against(c.effect, c.shares) <= WITHDRAWN * c.gain
+    ]
 
 
 def status_of(causes: list[Cause], left: Remainder) -> str:
@@ -70,7 +74,7 @@ def probability(cause: Cause, left: Remainder) -> float:
     margin = min(cause.gain - 0.5 * ENOUGH, cause.gain - cause.rival)
     chance = 1 / (1 + exp(-min(margin, 200.0) / SOFT))
     if left.is_real:
-        chance *= cause.gain / (cause.gain + left.against(cause.shares))
+        chance *= cause.gain / (cause.gain + left.against(cause.effect, cause.shares))
     return min(max(chance, 0.01), 0.995)
 
 
