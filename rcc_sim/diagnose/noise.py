@@ -144,7 +144,8 @@ def fit_whitener(
         features = np.stack(block_means(z, edges), axis=1)[valid]
         memory, sigma = fit_memory(z[valid], features, memory)
     unit = float(np.sqrt(share[0])) or 1.0
-    return Whitener(scale / unit, memory, edges, max(sigma * unit, least), valid)
+    size = max(sigma * unit, least)
+    return Whitener(scale / unit, memory, edges, size, valid)
 
 
 def fit_scale(u: Array, X: Array, share: Array) -> Array:
