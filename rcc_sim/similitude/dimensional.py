@@ -41,6 +41,7 @@ OF_SUFFIX: dict[str, Dimension | None] = {
     "kgm2": INERTIA,
     "mps2": ACCELERATION,
     "radps": RATE,
+    "erpm": RATE,
     "percent": NONE,
     "per_h": RATE,
     "mps": SPEED,
