@@ -251,7 +251,8 @@ def _only(
     kept = [k for k in found.fit.knobs if k.key not in gone or np.isfinite(k.sd)]
     keys = {k.key for k in kept}
     kept += [k for k in found.null.knobs if k.key not in keys]
-    start = {k.key: found.null.values.get(k.key, found.fit.values[k.key]) for k in kept}
+    known = found.fit.values | found.null.values
+    start = {k.key: known.get(k.key, k.value) for k in kept}
     return acting.fit(start, kept), acting
 
 
