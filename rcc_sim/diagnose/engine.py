@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.diagnose.knobs import Knob
+from rcc_sim.diagnose.knobs import BIAS, Knob, bias_key, figures_of
 from rcc_sim.diagnose.noise import (
     Whitener,
     fit_whitener,
@@ -122,10 +122,10 @@ class Engine:
 
     def residuals(self, values: dict[str, float]) -> list[Array]:
         """Measured minus predicted, a track each."""
-        figures = {k: x for k, x in values.items() if not k.startswith("bias.")}
+        figures = figures_of(values)
         found = [e for p in self.problems for e in p.residuals(figures)]
         return [
-            e - values.get(f"bias.{i}.{c}", 0.0)
+            e - values.get(bias_key(i, c), 0.0)
             for (i, c), e in zip(self.tracks, found, strict=True)
         ]
 
@@ -173,10 +173,10 @@ class Engine:
         """d(residual)/d(knob) by re-simulation, per knob and track."""
 
         def one(k: Knob) -> list[Array]:
-            if k.key.startswith("bias."):
+            if k.key.startswith(BIAS):
                 pairs = zip(self.tracks, base, strict=True)
                 return [
-                    np.full_like(e, -1.0 if f"bias.{i}.{c}" == k.key else 0.0)
+                    np.full_like(e, -1.0 if bias_key(i, c) == k.key else 0.0)
                     for (i, c), e in pairs
                 ]
             h = k.stride

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import inf
 
@@ -24,6 +24,8 @@ CURRENT_LOOP_LAG = 0.003
 """Lag that any current loop may have; bandwidths are 50 Hz to some kHz. [s]"""
 
 RADIUS = "effects.wheel_radius.scale"
+
+BIAS = "bias."
 
 CALM_PARTS = 30
 
@@ -87,7 +89,7 @@ def bias_knobs(problem: Problem, log: int = 0) -> list[Knob]:
         share = ZEROED if c.startswith("battery") else SENSOR_BIAS
         sd = share * calm_noise(problem.log[c]) if stated is None else stated
         if c != "speed_mps" and sd > 0:
-            knobs.append(Knob(f"bias.{log}.{c}", 0.0, sd))
+            knobs.append(Knob(bias_key(log, c), 0.0, sd))
     return knobs
 
 
@@ -102,6 +104,16 @@ def nuisance_knobs(problems: Sequence[Problem]) -> list[Knob]:
         lag = CURRENT_LOOP_LAG
         knobs.append(Knob(key, 0.0, lag, low=0.0, high=1.0, step=lag / 3))
     return knobs
+
+
+def bias_key(log: int, column: str) -> str:
+    """Key of the offset of a sensor in one of the logs."""
+    return f"{BIAS}{log}.{column}"
+
+
+def figures_of(values: Mapping[str, float]) -> dict[str, float]:
+    """Return the figures of the vehicle, the sensors' offsets left out."""
+    return {k: x for k, x in values.items() if not k.startswith(BIAS)}
 
 
 def calm_noise(x: Array) -> float:

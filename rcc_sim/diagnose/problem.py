@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.physics.step import SLIP_BLEND
-from rcc_sim.simulate.replay import Drive, replay
+from rcc_sim.simulate.replay import Drive, distance_of, replay
 from rcc_sim.trace import Trace
 
 Array = NDArray[np.float64]
@@ -111,9 +111,7 @@ class Problem:
     @cached_property
     def distance(self) -> Array:
         """Distance from the start of the log. [m]"""
-        v, t = self.speed, self.log["time_s"]
-        steps = 0.5 * (v[1:] + v[:-1]) * np.diff(t)
-        return np.concatenate([[0.0], np.cumsum(steps)])
+        return distance_of(self.log["time_s"], self.speed)
 
     @cached_property
     def judged(self) -> list[NDArray[np.bool_]]:

@@ -15,7 +15,7 @@ from rcc_sim.physics.effects.reference_sampling import held_time
 from rcc_sim.physics.effects.speed_dead_zone import commands_nothing
 from rcc_sim.physics.effects.steering_delay import delayed
 from rcc_sim.physics.params import LOGGED, SPEED
-from rcc_sim.physics.run import actuate, begin, obey_throttle, write
+from rcc_sim.physics.run import actuate, begin, obey_throttle, open_window, write
 from rcc_sim.physics.step import (
     electrify,
     mapped_efficiency,
@@ -28,20 +28,6 @@ from rcc_sim.physics.tables import between, seek
 FREE = 0.98  # 1; share of a current limit beyond which the loop counts as saturated
 
 NEAR = 1e-3  # 1; share of a tick by which a row's time may fall short of it
-
-
-@jit
-def open_window(flow):
-    """Forget what flowed before the sensors' window opened."""
-    flow.dt = 0.0
-    flow.a_x = 0.0
-    flow.a_y = 0.0
-    flow.i_q = 0.0
-    flow.tau = 0.0
-    flow.u = 0.0
-    flow.i = 0.0
-    flow.P = 0.0
-    flow.aux = 0.0
 
 
 @jit

@@ -42,6 +42,20 @@ def begin(p, c, s, v_0, r_0):
 
 
 @jit
+def open_window(flow):
+    """Forget what has flowed: the means of the next row begin here."""
+    flow.dt = 0.0
+    flow.a_x = 0.0
+    flow.a_y = 0.0
+    flow.i_q = 0.0
+    flow.tau = 0.0
+    flow.u = 0.0
+    flow.i = 0.0
+    flow.P = 0.0
+    flow.aux = 0.0
+
+
+@jit
 def write(c, s, u, E, flow, row):
     """Write one row: samples of the state, means of the flows since the last."""
     book_state(c, s, E)
@@ -68,15 +82,7 @@ def write(c, s, u, E, flow, row):
         row.i = flow.i / flow.dt
         row.P = flow.P / flow.dt
         row.aux = flow.aux / flow.dt
-    flow.dt = 0.0
-    flow.a_x = 0.0
-    flow.a_y = 0.0
-    flow.i_q = 0.0
-    flow.tau = 0.0
-    flow.u = 0.0
-    flow.i = 0.0
-    flow.P = 0.0
-    flow.aux = 0.0
+    open_window(flow)
 
 
 @jit

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from rcc_sim.analyse.gap_regimes import REGIMES
 from rcc_sim.diagnose.deliver import write_mended, write_profiles
+from rcc_sim.diagnose.knobs import figures_of
 from rcc_sim.diagnose.run import Diagnosis
 from rcc_sim.report.findings import Report, spans_of
 from rcc_sim.report.provenance import run_record
@@ -52,8 +53,8 @@ def diagnosis_page(found: Diagnosis, inputs: Sequence[str | Path] = ()) -> Repor
 def _mended(found: Diagnosis) -> Columns:
     """Return a free run of the mended vehicle at the rows of the first log."""
     problem = found.found.engine.problems[0]
-    car = {k: x for k, x in found.fit.values.items() if not k.startswith("bias.")}
-    return replay(problem.vehicle.changed(settings=car), problem.drive)
+    figures = figures_of(found.fit.values)
+    return replay(problem.vehicle.changed(settings=figures), problem.drive)
 
 
 def _diff(found: Diagnosis) -> str:

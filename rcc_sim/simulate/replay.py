@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from math import inf
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +24,7 @@ from rcc_sim.physics.replay import run_replayed
 from rcc_sim.simulate.columns import trace_columns
 from rcc_sim.simulate.own import own_terms
 from rcc_sim.simulate.road import surveyed_slope
+from rcc_sim.simulate.run import delay_lines
 from rcc_sim.simulate.sensors import sensed_columns
 from rcc_sim.simulate.smooth import smoothed
 from rcc_sim.trace import Trace
@@ -197,13 +197,6 @@ def as_true(vehicle: Vehicle, measured: Measured) -> Measured:
     return speed * rolled, current * drawn, yaw_rate, torque, accel * rolled
 
 
-def delay_lines(values: Any) -> tuple[Array, Array]:
-    """Return the ring buffers of the motor's and the steering's dead time."""
-    delays = (values[n]["delay_s"] for n in ("actuation_delay", "steering_delay"))
-    size = math.ceil(max(delays) / values["control"]["T_loop"]) + 3
-    return np.zeros(size), np.zeros(size)
-
-
 def is_imposed(log: Trace, vehicle: Vehicle) -> bool:
     """Tell whether a log lacks the commands that this vehicle's controller obeys."""
     mode = vehicle.controller.mode if vehicle.controller else "torque"
@@ -292,6 +285,12 @@ def _whole(log: Trace, time: Array, column: str) -> Array:
     return values if known.all() else np.interp(time, time[known], values[known])
 
 
+def distance_of(time: Array, speed: Array) -> Array:
+    """Distance [m] from the first row, from speeds [m/s] at the rows."""
+    steps = 0.5 * (speed[1:] + speed[:-1]) * np.diff(time)
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
 def _road(
     log: Trace, vehicle: Vehicle, time: Array, speed: Array
 ) -> tuple[tuple[Array, Array], Array | None]:
@@ -301,8 +300,7 @@ def _road(
     if not surveyed and stated is None:
         return (np.zeros(1), np.zeros(1)), None
     v = np.where(np.isfinite(speed), speed, 0.0)
-    steps = 0.5 * (v[1:] + v[:-1]) * np.diff(time)
-    distance = np.maximum.accumulate(np.concatenate([[0.0], np.cumsum(steps)]))
+    distance = np.maximum.accumulate(distance_of(time, v))
     if stated is not None:
         return stated, distance
     if has(log, "slope"):
