@@ -8,7 +8,7 @@ from rcc_sim.errors import LedgerError
 CLOSES = 1e-6
 """Largest fraction of the energy throughput that a ledger may leave open."""
 
-LEAST = 1e-6
+LEAST = 1e-3
 """Energy below which rounding is all there is. [J]"""
 
 
