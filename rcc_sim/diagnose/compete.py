@@ -24,7 +24,7 @@ from rcc_sim.diagnose.remainder import remainder
 
 Array = NDArray[np.float64]
 
-ENOUGH = 22.0
+ENOUGH = 15.0
 """Nats that a cause must gain, by the noise before and after it alike.
 
 On drives without a cause the best candidate seldom gains 10 and was seen to gain 20
@@ -134,7 +134,7 @@ def compete(
         refined = refine(engine, current, likely(found, ENOUGH))
         if not causes:
             ranking |= {r.screened.candidate.effect: r.gain for r in refined}
-        best = refined[0] if refined else None
+        best = next((r for r in refined if r.is_steady), None)
         one = cause_of(best, refined) if best else None
         named = {c.effect for c in candidates} - taken
         varying = profile_cause(engine, current, named)

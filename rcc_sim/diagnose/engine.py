@@ -15,6 +15,7 @@ from rcc_sim.diagnose.noise import (
     fit_whitener,
     lag_edges,
     local_range,
+    log_density,
     log_likelihood,
     weights,
 )
@@ -34,6 +35,9 @@ more exact than that."""
 NOISELESS = 2e-3
 """The same for a channel without noise, as a simulated log has: there each launch that
 is a tick late would outweigh the drive."""
+
+STRETCHES = 25
+"""Stretches of a log over which gains are told apart."""
 
 WORKERS = 2
 SHORTER = (1.0, 0.4, 0.1)
@@ -155,6 +159,22 @@ class Engine:
         """Log-likelihood of residuals."""
         pairs = zip(noise, residuals, strict=True)
         return sum(log_likelihood(w, e) for w, e in pairs)
+
+    def gains(self, less: Fit, more: Fit) -> Array:
+        """Nats by which one fit is likelier than another, by stretch of each log.
+
+        Both are judged by the noise of the second; what priors add counts nowhere.
+        """
+        found = np.zeros((len(self.problems), STRETCHES))
+        tracks = zip(
+            self.tracks, more.noise, less.residuals, more.residuals, strict=True
+        )
+        for (log, _), w, a, b in tracks:
+            t = self.problems[log].log["time_s"][w.valid]
+            edges = np.linspace(t[0], t[-1], STRETCHES + 1)[1:-1]
+            each = log_density(w(b)) - log_density(w(a))
+            found[log] += np.bincount(np.searchsorted(edges, t), each, STRETCHES)
+        return found.ravel()
 
     @staticmethod
     def white(tracks: Sequence[Array], noise: list[Whitener]) -> Array:

@@ -91,16 +91,19 @@ def weights(w: Array) -> Array:
     return (FREEDOM + 1) / (FREEDOM + w * w)
 
 
-def log_density(w: Array) -> float:
-    """Log-likelihood of whitened residuals, up to a constant."""
-    return float(-0.5 * (FREEDOM + 1) * np.log1p(w * w / FREEDOM).sum())
+def log_density(w: Array) -> Array:
+    """Log-likelihood of each whitened residual, up to a constant."""
+    density: Array = -0.5 * (FREEDOM + 1) * np.log1p(w * w / FREEDOM)
+    return density
 
 
 def log_likelihood(whitener: Whitener, e: Array) -> float:
     """Log-likelihood of a channel's residual, scale and all."""
     n = int(whitener.valid.sum())
     size = float(np.log(whitener.scale[whitener.valid]).sum())
-    return log_density(whitener(e)) - n * float(np.log(whitener.sigma)) - size
+    return (
+        float(log_density(whitener(e)).sum()) - n * float(np.log(whitener.sigma)) - size
+    )
 
 
 def fit_whitener(

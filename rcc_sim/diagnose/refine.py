@@ -47,14 +47,34 @@ SAME_FIGURE = {
 """Figure of an effect -> figure of the file that it moves, and whether by a factor."""
 
 
+STEADY = 10.0
+"""Nats that a cause must gain outside the stretch in which it gains most.
+
+Wherever a loop leaves a limit a moment sooner than the model's, whatever figure moves
+that moment gains tens of nats at once: no cause, but a figure a little off.
+"""
+
+CLEAR = 100.0
+"""Nats that a cause must gain that acts in one stretch alone."""
+
+
 @dataclass(frozen=True)
 class Refined:
-    """A candidate refined: its fit, and its gain by the noise before and after."""
+    """A candidate refined: its fit, and its gain by the noise before and after.
+
+    ``peak`` is what it gains in the stretch in which it gains most.
+    """
 
     screened: Screened
     fit: Fit
     before: float
     after: float
+    peak: float = 0.0
+
+    @property
+    def is_steady(self) -> bool:
+        """Whether it gains all over the logs, or very much."""
+        return self.gain > CLEAR or self.gain - self.peak > STEADY
 
     @property
     def gain(self) -> float:
@@ -159,7 +179,8 @@ def refine(
         # its signals have bent on the way: find them anew
         fits[top] = engine.improve(fits[top], rounds=4)
     after = [f.score - again.score - h for f, h in zip(fits, handicap, strict=True)]
-    columns = zip((r for r, _ in moved), fits, before, after, strict=True)
+    peaks = [float(engine.gains(again, f).max()) for f in fits]
+    columns = zip((r for r, _ in moved), fits, before, after, peaks, strict=True)
     refined = sorted((Refined(*one) for one in columns), key=lambda r: -r.gain)
     names = [r.screened.candidate.effect for r in refined]
     return plainest_first(
