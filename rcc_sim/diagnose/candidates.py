@@ -201,8 +201,8 @@ def grid_of(problem: Problem, effect: Effect, param: Param) -> tuple[float, ...]
     if name in ("current_limit", "regeneration_limit"):
         return limits(problem, name, param)
     if name == "reference_sampling":
-        shares = (2, 3, 4, 5, 6, 8, 10, 12, 15, 20, 25, 30, 35, 40, 45, 50)
-        return tuple(max(row, 0.01) * k for k in shares if max(row, 0.01) * k <= 2)
+        hold = max(row, 0.01)
+        return tuple(hold * k for k in range(2, 51) if hold * k <= 2)
     if name == "speed_dead_zone":
         top = float(np.nanmax(nominal["motor_speed_radps"]))
         return tuple(top * x for x in (0.01, 0.02, 0.03, 0.045, 0.06, 0.09, 0.13))

@@ -134,7 +134,7 @@ def compete(
         refined = refine(engine, current, likely(found, ENOUGH))
         if not causes:
             ranking |= {r.screened.candidate.effect: r.gain for r in refined}
-        best = next((r for r in refined if r.is_steady), None)
+        best = next((r for r in refined if r.reaches(ENOUGH)), None)
         one = cause_of(best, refined) if best else None
         named = {c.effect for c in candidates} - taken
         varying = profile_cause(engine, current, named)
@@ -146,7 +146,7 @@ def compete(
                 engine, current = with_profile(engine, current, varying)
                 causes.append(varying)
                 continue
-        if best is None or one is None or one.gain < needed_gain(causes, one.shares):
+        if not (best and one) or best.trusted < needed_gain(causes, one.shares):
             break
         causes.append(one)
         current = engine.fit(best.fit.values, best.fit.knobs)
@@ -172,7 +172,8 @@ def without_idle(
         now = engine.evaluate(start, [k for _, k in kept], fit.noise)
         along = engine.whitened([j for j, _ in kept], fit.noise)
         less = engine.improve(now, tangent=along, rounds=3)
-        if fit.score - less.score < ENOUGH:
+        eased = max(fit.prior - less.prior, 0.0)
+        if fit.score - less.score + eased < ENOUGH:
             causes = [c for c in causes if c is not cause]
             fit = engine.fit(less.values, less.knobs)
     return causes, fit

@@ -90,8 +90,9 @@ class Probe:
         if base is None:
             figure = engine.problems[0].vehicle.figures().get(key)
             base = figure.value if figure else 0.0
-        moved = engine.residuals({**fit.values, key: base + size})
-        pairs = zip(moved, fit.residuals, strict=True)
+        start = engine.residuals(fit.values, coarse=True)
+        moved = engine.residuals({**fit.values, key: base + size}, coarse=True)
+        pairs = zip(moved, start, strict=True)
         self.signal = [np.nan_to_num((a - b) / size) for a, b in pairs]
         self.tracks = [
             i for i, w in enumerate(fit.noise) if np.any(self.signal[i][w.valid])

@@ -7,12 +7,15 @@ from dataclasses import dataclass, replace
 from math import inf
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rcc_sim.diagnose.candidates import Candidate
 from rcc_sim.diagnose.engine import Engine, Fit, Tangent
 from rcc_sim.diagnose.knobs import Knob
 from rcc_sim.diagnose.noise import Whitener
 from rcc_sim.diagnose.screen import Screen, Screened
+
+Array = NDArray[np.float64]
 
 REFINED = 6
 """Candidates that are refined after the screen."""
@@ -47,39 +50,59 @@ SAME_FIGURE = {
 """Figure of an effect -> figure of the file that it moves, and whether by a factor."""
 
 
-STEADY = 10.0
-"""Nats that a cause must gain outside the stretch in which it gains most.
+CLEAR = 100.0
+"""Nats that a cause must gain that acts in one or two stretches alone."""
+
+ODD = 2
+"""Stretches that are left out to either side before a gain counts as steady.
 
 Wherever a loop leaves a limit a moment sooner than the model's, whatever figure moves
 that moment gains tens of nats at once: no cause, but a figure a little off.
 """
 
-CLEAR = 100.0
-"""Nats that a cause must gain that acts in one stretch alone."""
-
 
 @dataclass(frozen=True)
 class Refined:
-    """A candidate refined: its fit, and its gain by the noise before and after.
+    """A candidate refined.
 
-    ``peak`` is what it gains in the stretch in which it gains most.
+    Parameters
+    ----------
+    screened : Screened
+        The candidate and its figures.
+    fit : Fit
+        The logs' fit with it.
+    before, after : float
+        Nats gained, by the noise before it and by the noise after it.
+    eased : float
+        Nats of them by which figures of the file went back to what is stated.
+    steady : float
+        Nats gained outside the stretches in which it does best and worst.
     """
 
     screened: Screened
     fit: Fit
     before: float
     after: float
-    peak: float = 0.0
-
-    @property
-    def is_steady(self) -> bool:
-        """Whether it gains all over the logs, or very much."""
-        return self.gain > CLEAR or self.gain - self.peak > STEADY
+    eased: float = 0.0
+    steady: float = inf
 
     @property
     def gain(self) -> float:
         """Nats that hold by either noise."""
         return min(self.before, self.after)
+
+    @property
+    def trusted(self) -> float:
+        """Nats, those of stated figures twice: no error of a model is in them.
+
+        A figure four sds off is one in sixteen thousand, for eight nats.
+        """
+        return self.gain + max(self.eased, 0.0)
+
+    def reaches(self, needed: float) -> bool:
+        """Tell whether it gains what is needed, and all over the logs."""
+        even = self.steady + 2 * max(self.eased, 0.0)
+        return self.trusted >= needed and (self.gain > CLEAR or even >= needed)
 
 
 def screened(
@@ -179,13 +202,25 @@ def refine(
         # its signals have bent on the way: find them anew
         fits[top] = engine.improve(fits[top], rounds=4)
     after = [f.score - again.score - h for f, h in zip(fits, handicap, strict=True)]
-    peaks = [float(engine.gains(again, f).max()) for f in fits]
-    columns = zip((r for r, _ in moved), fits, before, after, peaks, strict=True)
+    columns = zip(
+        (r for r, _ in moved),
+        fits,
+        before,
+        after,
+        (f.prior - again.prior for f in fits),
+        (steady(engine.gains(again, f)) for f in fits),
+        strict=True,
+    )
     refined = sorted((Refined(*one) for one in columns), key=lambda r: -r.gain)
     names = [r.screened.candidate.effect for r in refined]
     return plainest_first(
         [r for i, r in enumerate(refined) if names[i] not in names[:i]]
     )
+
+
+def steady(gains: Array) -> float:
+    """Sum of what stretches gain, but for the best and the worst of them."""
+    return float(np.sort(gains)[ODD:-ODD].sum())
 
 
 def plainest_first(refined: list[Refined]) -> list[Refined]:

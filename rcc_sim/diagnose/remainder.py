@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -9,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.diagnose.engine import MEMORY, Engine, Fit
+from rcc_sim.diagnose.noise import log_density
+from rcc_sim.diagnose.problem import LATERAL
 from rcc_sim.diagnose.profile import Probe, Profile, overlap, probe_size
 
 Array = NDArray[np.float64]
@@ -33,6 +36,18 @@ FOLLOWS = {
     "steer_cmd_rad": (16,),
 }
 """What it may follow, and by how many knots."""
+
+CHANGES = (4, 8, 16)
+"""Knots by which a cause that was taken as constant may change with time."""
+
+BURST, BURST_ROWS = 1.0, 20
+"""Shortest window [s], and fewest rows, in which cornering may be restless."""
+
+BURST_COST = 6.0
+"""Nats that a restless window costs: the log of how many there are to choose from."""
+
+LOUDER = np.exp(np.linspace(0.05, 1.6, 16))
+"""Sizes of whitened residuals that are tried."""
 
 WINDOWS = 50
 """Stretches of a log below a quarter of which gaps between windows are closed."""
@@ -84,8 +99,14 @@ class Remainder:
         return self.evidence > UNKNOWN_ENOUGH
 
 
-def remainder(engine: Engine, fit: Fit) -> Remainder:
-    """Return the likeliest form of what a fit leaves unexplained."""
+def remainder(
+    engine: Engine, fit: Fit, constant: Mapping[str, Sequence[str]] | None = None
+) -> Remainder:
+    """Return the likeliest form of what a fit leaves unexplained.
+
+    ``constant`` holds effects that the fit takes as constant, and their figures: that
+    one of them changes with time is a form as well.
+    """
     steered = all(p.drive.steered for p in engine.problems)
     stated = engine.problems[0].vehicle.figures()
     each = []
@@ -95,25 +116,32 @@ def remainder(engine: Engine, fit: Fit) -> Remainder:
         key = next((k for k in keys[1:] if k in stated), keys[0])
         probe = Probe(engine, fit, key, probe_size(engine, key))
         each.append(likeliest_of(probe, name))
+    each += [bursts(engine, fit, log) for log in range(len(engine.problems))]
+    for name, keys in (constant or {}).items():
+        for knob in (k for k in fit.knobs if k.key in keys):
+            probe = Probe(engine, fit, knob.key, knob.stride)
+            each.append(likeliest_of(probe, name, {"time_s": CHANGES}))
     best = max(each, key=lambda r: r.evidence)
     return replace(best, rivals=tuple(each))
 
 
-def likeliest_of(probe: Probe, name: str) -> Remainder:
+def likeliest_of(
+    probe: Probe, name: str, follows: Mapping[str, tuple[int, ...]] = FOLLOWS
+) -> Remainder:
     """Return the likeliest form of one way of acting."""
     best = Remainder(0.0, name, "", [], shares=probe.shares)
     for i, problem in enumerate(probe.engine.problems):
-        for along, counts in FOLLOWS.items():
+        for along, counts in follows.items():
             if along == "speed_mps":
                 x = problem.speed
             elif along in problem.log:
                 x = np.nan_to_num(problem.log[along])
             else:
                 continue
+            most = max(counts)
             if along == "time_s":  # no finer than the noise remembers
-                most = int((x[-1] - x[0]) / MEMORY) + 1
-                counts = tuple(n for n in counts if n <= max(most, counts[0]))
-            tried = [probe.profile(i, along, x, count) for count in counts]
+                most = max(int((x[-1] - x[0]) / MEMORY) + 1, counts[0])
+            tried = [probe.profile(i, along, x, n) for n in counts if n <= most]
             profile = max(tried, key=lambda p: p.evidence)
             if profile.evidence > best.evidence:
                 found = windows_of(probe, i, profile, x)
@@ -121,6 +149,48 @@ def likeliest_of(probe: Probe, name: str) -> Remainder:
                     profile.evidence, name, along, found, profile, i, probe.shares
                 )
     return best
+
+
+def bursts(engine: Engine, fit: Fit, log: int) -> Remainder:
+    """Return where a log's cornering is restless: a slippery patch, a sticking rack.
+
+    What comes and goes within a moment has no mean that a profile could hold, but its
+    residuals are larger than elsewhere. In each window the size of the whitened
+    residuals may be whatever is likeliest, for ``BURST_COST`` nats. Cornering alone is
+    judged: along the road, roughness comes in bursts as well.
+    """
+    time = engine.problems[log].log["time_s"]
+    length = max(BURST, BURST_ROWS * float(np.median(np.diff(time))))
+    count = int((time[-1] - time[0]) / length) + 1
+    nats = np.zeros((len(engine.tracks), count))
+    for i, (of, channel) in enumerate(engine.tracks):
+        if of == log and channel in LATERAL:
+            w = fit.noise[i]
+            which = ((time[w.valid] - time[0]) / length).astype(int)
+            white = w(fit.residuals[i])
+            for size in LOUDER:
+                more = log_density(white / size) - log_density(white) - np.log(size)
+                nats[i] = np.maximum(nats[i], np.bincount(which, more, count))
+    nats = np.maximum(nats - BURST_COST, 0.0)
+    total = float(nats.sum())
+    loudest = engine.tracks[int(nats.sum(1).argmax())][1]
+    found = [
+        {
+            "start_s": float(time[0] + a * length),
+            "end_s": float(min(time[0] + b * length, time[-1])),
+            "channel": loudest,
+            "share": float(nats[:, a:b].sum()) / total,
+        }
+        for a, b in runs(nats.sum(0) > 0)
+    ]
+    shares = nats.sum(1) / (total or 1.0)
+    return Remainder(total, "steer", "time_s", found, None, log, shares)
+
+
+def runs(mask: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """Return where each run of true values begins and ends; shape (k, 2)."""
+    edges = np.diff(np.concatenate([[0], mask.astype(int), [0]]))
+    return np.flatnonzero(edges).reshape(-1, 2)
 
 
 def windows_of(
@@ -140,9 +210,8 @@ def windows_of(
         if float(part.sum()) > strongest:
             strongest, channel = float(part.sum()), probe.engine.tracks[i][1]
     gap = 2.0 * (time[-1] - time[0]) / WINDOWS
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], clear.astype(int), [0]])))
     spans: list[list[int]] = []
-    for a, b in edges.reshape(-1, 2):
+    for a, b in runs(clear):
         if spans and time[a] - time[spans[-1][1] - 1] < 0.25 * gap:
             spans[-1][1] = int(b)
         else:

@@ -218,7 +218,8 @@ def diagnose(
     engine = Engine(problems)
     found = compete(engine, candidates_for(problems, candidates), told)
     told("what is left")
-    left = remainder(found.engine, found.fit)
+    constant = {c.effect: c.keys for c in found.causes if not c.profiles}
+    left = remainder(found.engine, found.fit, constant)
     causes = standing(found, left)
     fit, acting = found.fit, found.engine
     if len(causes) < len(found.causes):
