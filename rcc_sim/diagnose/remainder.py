@@ -117,8 +117,8 @@ def remainder(
         probe = Probe(engine, fit, key, probe_size(engine, key))
         each.append(likeliest_of(probe, name))
     each += [bursts(engine, fit, log) for log in range(len(engine.problems))]
-    for name, keys in (constant or {}).items():
-        for knob in (k for k in fit.knobs if k.key in keys):
+    for name, figures in (constant or {}).items():
+        for knob in (k for k in fit.knobs if k.key in figures):
             probe = Probe(engine, fit, knob.key, knob.stride)
             each.append(likeliest_of(probe, name, {"time_s": CHANGES}))
     best = max(each, key=lambda r: r.evidence)
