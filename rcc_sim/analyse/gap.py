@@ -3,35 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rcc_sim.analyse.gap_alarm import alarm_limit, strongest_first
 from rcc_sim.analyse.gap_channels import ChannelGap, channel_gap, noise_of
-from rcc_sim.analyse.gap_energy import (
-    EnergyGap,
-    bias_noise,
-    energy_noise,
-    energy_tolerance,
-    logged_power,
-    row_weights,
-    shaft_power,
+from rcc_sim.analyse.gap_energy import EnergyGap, share_uncertainty
+from rcc_sim.analyse.gap_power import (
+    POWERS,
+    energy_gap,
+    power_and_shifts,
+    power_of,
 )
 from rcc_sim.analyse.gap_regimes import (
+    REGIMES,
     RegimeGap,
     Scale,
     labels,
     regime_gaps,
     rows_in,
 )
-from rcc_sim.analyse.gap_replays import (
-    PIECE,
-    Progress,
-    Tolerances,
-    predicted,
-    tolerances,
-)
+from rcc_sim.analyse.gap_replays import Progress, Tolerances, predicted, tolerances
 from rcc_sim.analyse.gap_stages import StageGap, stage_gaps, untorqued
 from rcc_sim.analyse.gap_windows import Window, windows
 from rcc_sim.analyse.logcheck.finding import Finding
@@ -40,7 +34,6 @@ from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
 from rcc_sim.simulate.replay import Drive, drive_of, has, is_imposed
 from rcc_sim.trace import Trace
-from rcc_sim.units import J_PER_WH
 
 Array = NDArray[np.float64]
 
@@ -55,9 +48,6 @@ AVERAGED = 10.0
 
 FINEST = 1e-3
 """Share of a channel's size below which no difference is a window. [1]"""
-
-POWERS = ("battery_power_w", "motor_torque_nm", "motor_speed_radps")
-"""Columns from which a simulated power follows."""
 
 USED = (*COMPARED, "motor_speed_radps")
 
@@ -75,7 +65,7 @@ class Gap:
     energy : EnergyGap
         With its uncertainty.
     channels, regimes, stages, windows : tuple
-        Where it sits.
+        Where it sits; the channel that parts most first.
     findings : tuple of Finding
         What the check of the log found, and what was left out.
     notes : tuple of str
@@ -165,10 +155,15 @@ def gap(
         least = FINEST * float(np.sqrt(np.mean(log[name][ok] ** 2)))
         size = np.maximum(np.hypot(noise[0], band), least)
         sizes[name] = np.broadcast_to(size, len(log))
-    when = tuple(windows(log["time_s"], compared, sizes, memory))
+    limit = alarm_limit(compared, sizes, moved, memory)
+    when = tuple(windows(log["time_s"], compared, sizes, memory, limit))
+    gaps = strongest_first(gaps, frozenset(w.channel for w in when))
     del compared, sizes  # a long log's are large
-    energy, measured, weights = _energy(log, vehicle, drive, simulated, moved)
-    power = None if measured is None else measured - _simulated(energy, simulated)
+    energy, measured, weights, moved = energy_gap(
+        log, vehicle, drive, simulated, moved=moved
+    )
+    model = power_of(energy.at, simulated)
+    power = None if measured is None else measured - model
     tell(0.85)
     stages = (
         []
@@ -177,13 +172,15 @@ def gap(
             log,
             vehicle,
             drive,
-            lambda d: _simulated(energy, predicted(vehicle, d, POWERS)),
-            simulated=_simulated(energy, simulated),
+            lambda d: power_and_shifts(vehicle, d, energy.at),
+            simulated=model,
             measured=measured,
             weights=weights,
-            at_battery=energy.at == "battery",
+            moved=moved,
+            energy=energy,
         )
     )
+    doubts = share_uncertainty(kinds, len(REGIMES), weights, moved, energy)
     tell(1.0)
     return Gap(
         log.name,
@@ -191,7 +188,7 @@ def gap(
         "imposed" if drive.imposed else "commanded",
         energy,
         tuple(gaps),
-        tuple(regime_gaps(kinds, log["time_s"], power, weights)),
+        tuple(regime_gaps(kinds, log["time_s"], power, weights, doubts)),
         tuple(stages),
         when,
         logged.findings,
@@ -274,70 +271,6 @@ def _compared(
         if np.isfinite(e).any():
             out[name] = e
     return out
-
-
-def _simulated(energy: EnergyGap, columns: dict[str, Array]) -> Array:
-    if energy.at == "battery":
-        return columns["battery_power_w"]
-    return columns["motor_torque_nm"] * columns["motor_speed_radps"]
-
-
-def _energy(
-    log: Trace,
-    vehicle: Vehicle,
-    drive: Drive,
-    simulated: dict[str, Array],
-    moved: Tolerances,
-) -> tuple[EnergyGap, Array | None, Array]:
-    """Return the energy gap, the measured power and the time each row stands for."""
-    at, measured = "battery", logged_power(log)
-    if measured is None:
-        at, measured = "shaft", shaft_power(log.columns, vehicle)
-    if measured is None:
-        return EnergyGap("", None, None), None, np.zeros(len(log))
-    energy = EnergyGap(at, None, None)
-    model = _simulated(energy, simulated)
-    ok = np.isfinite(measured) & np.isfinite(model)
-    ok[0] = False
-    weights = row_weights(drive.time, ok)
-    if not weights.any():
-        return EnergyGap("", None, None), None, weights
-    column = "battery_power_w" if at == "battery" else "shaft_power_w"
-    if at == "shaft":
-        moved = _with_shaft(moved, simulated)
-    noise = energy_noise(measured - model, weights, moved, column)
-    bias = bias_noise(log, vehicle, measured, weights) if at == "battery" else 0.0
-    energy = EnergyGap(
-        at,
-        float((np.where(ok, measured, 0) * weights).sum()) / J_PER_WH,
-        float((np.where(ok, model, 0) * weights).sum()) / J_PER_WH,
-        noise_wh=float(np.hypot(noise, bias)),
-        tolerance_wh=energy_tolerance(weights, moved, column),
-    )
-    step = _step_error(vehicle, drive, energy, model, weights)
-    return replace(energy, numerical_wh=step), measured, weights
-
-
-def _with_shaft(moved: Tolerances, simulated: dict[str, Array]) -> Tolerances:
-    tau, omega = (
-        simulated[c][moved.rows] for c in ("motor_torque_nm", "motor_speed_radps")
-    )
-    shifts = (tau + moved.moved["motor_torque_nm"]) * (
-        omega + moved.moved["motor_speed_radps"]
-    ) - tau * omega
-    return replace(moved, moved={**moved.moved, "shaft_power_w": shifts})
-
-
-def _step_error(
-    vehicle: Vehicle, drive: Drive, energy: EnergyGap, model: Array, weights: Array
-) -> float:
-    """Return what half the time step does to the energy [Wh]; a long log's in part."""
-    rows = slice(0, min(len(model), PIECE))
-    part = drive if rows.stop == len(model) else drive.part(rows)
-    fine = _simulated(energy, predicted(vehicle, part, POWERS, substeps=2))
-    change = np.where(weights[rows] > 0, fine - model[rows], 0.0) * weights[rows]
-    whole = float(weights.sum() / max(weights[rows].sum(), 1e-30))
-    return abs(float(change.sum())) * whole / J_PER_WH
 
 
 def _notes(

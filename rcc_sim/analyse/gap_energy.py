@@ -22,6 +22,9 @@ Mask = NDArray[np.bool_]
 COVERAGE = 2.0
 """Standard uncertainties within which a gap is none: 95 %."""
 
+POWER = "power"
+"""Column of the tolerances that holds the power in question, of battery or shaft."""
+
 HOLE = 5.0
 """Median intervals beyond which nothing is said of the time between two rows."""
 
@@ -42,6 +45,8 @@ class EnergyGap:
     noise_wh, tolerance_wh, numerical_wh : float
         Standard uncertainties: of the data and the road, of the file's figures, of
         the time step. [Wh]
+    bias_wh : float
+        The part of ``noise_wh`` that is a constant bias of the battery's sensors. [Wh]
     """
 
     at: str
@@ -50,6 +55,7 @@ class EnergyGap:
     noise_wh: float = 0.0
     tolerance_wh: float = 0.0
     numerical_wh: float = 0.0
+    bias_wh: float = 0.0
 
     @property
     def gap_wh(self) -> float | None:
@@ -75,11 +81,14 @@ class EnergyGap:
         return float(np.sqrt(sum(part * part for part in parts)))
 
     @property
+    def expanded(self) -> float:
+        """Expanded uncertainty: 95 % of sound drives have a smaller gap. [Wh]"""
+        return COVERAGE * self.u_val
+
+    @property
     def within(self) -> bool | None:
         """Whether the gap is none: at most twice its standard uncertainty."""
-        return (
-            None if self.gap_wh is None else abs(self.gap_wh) <= COVERAGE * self.u_val
-        )
+        return None if self.gap_wh is None else abs(self.gap_wh) <= self.expanded
 
 
 def logged_power(log: Trace) -> Array | None:
@@ -193,3 +202,32 @@ def energy_tolerance(weights: Array, tolerances: Tolerances, column: str) -> flo
     whole = float(weights.sum() / max(w.sum(), 1e-30))
     shifts = np.where(np.isfinite(moved), moved, 0.0) @ w * whole
     return float(np.sqrt((shifts**2).sum())) / J_PER_WH
+
+
+def share_uncertainty(
+    kinds: NDArray[np.intp],
+    count: int,
+    weights: Array,
+    tolerances: Tolerances,
+    energy: EnergyGap,
+) -> Array:
+    """Return the standard uncertainty of the energy gap in each kind of row. [Wh]
+
+    The file's sds as they act there; noise by the time that the rows last.
+    """
+    time = np.bincount(kinds, weights, count)
+    part = time / max(float(time.sum()), 1e-30)
+    noise = np.sqrt(max(energy.noise_wh**2 - energy.bias_wh**2, 0.0) * part)
+    squares = noise**2 + (energy.bias_wh * part) ** 2 + energy.numerical_wh**2 * part
+    moved = tolerances.moved.get(POWER)
+    if moved is not None and len(moved):
+        rows = tolerances.rows
+        w, there = weights[rows], kinds[rows]
+        seen = np.bincount(there, w, count)
+        scale = np.divide(time, seen, out=np.zeros(count), where=seen > 0)
+        for shift in moved:
+            joules = np.bincount(
+                there, w * np.where(np.isfinite(shift), shift, 0), count
+            )
+            squares += (joules * scale / J_PER_WH) ** 2
+    return np.asarray(np.sqrt(squares))

@@ -60,12 +60,13 @@ class Scale:
 
 @dataclass(frozen=True)
 class RegimeGap:
-    """What one kind of driving has of the gap."""
+    """What one kind of driving has of the gap, and its standard uncertainty."""
 
     regime: str
     time_s: float
     gap_wh: float | None
     share: float | None
+    u_val_wh: float | None = None
 
 
 def rows_in(time: Array, seconds: float) -> int:
@@ -129,11 +130,12 @@ def labels(
 
 
 def regime_gaps(
-    kinds: Labels, time: Array, gap: Array | None, weights: Array
+    kinds: Labels, time: Array, gap: Array | None, weights: Array, doubts: Array
 ) -> list[RegimeGap]:
     """Return time and energy gap of each kind of driving that occurs.
 
-    ``share`` is of the sum of all sizes, so that kinds that cancel do not hide.
+    ``share`` is of the sum of all sizes, so that kinds that cancel do not hide;
+    ``doubts`` holds the standard uncertainty of each kind. [Wh]
     """
     spans = np.gradient(time)
     lasts = np.bincount(kinds, spans, len(REGIMES))
@@ -146,7 +148,13 @@ def regime_gaps(
     joules = np.bincount(kinds, np.where(weights > 0, gap, 0) * weights, len(REGIMES))
     total = float(np.abs(joules).sum()) or 1.0
     return [
-        RegimeGap(name, float(lasts[k]), joules[k] / J_PER_WH, joules[k] / total)
+        RegimeGap(
+            name,
+            float(lasts[k]),
+            float(joules[k]) / J_PER_WH,
+            float(joules[k]) / total,
+            float(doubts[k]),
+        )
         for k, name in enumerate(REGIMES)
         if lasts[k] > 0
     ]

@@ -36,9 +36,24 @@ def where(gap: Gap) -> dict[str, Any]:
         "energy": energy_block(gap.energy),
         "channels": [{**asdict(c), "ratio": c.ratio} for c in gap.channels],
         "regimes": [asdict(regime) for regime in gap.regimes],
-        "stages": [asdict(stage) for stage in gap.stages],
+        "stages": stages(gap),
         "windows": [asdict(window) for window in gap.windows],
     }
+
+
+def stages(gap: Gap) -> list[dict[str, Any]]:
+    """Return the stages, each also in percent of what was measured."""
+    whole = abs(gap.energy.measured_wh or 0.0)
+    return [
+        {
+            "stage": s.stage,
+            "gap_wh": s.gap_wh,
+            "u_val_wh": s.u_val_wh,
+            "gap_percent": 100 * s.gap_wh / whole if whole else None,
+            "share": s.share,
+        }
+        for s in gap.stages
+    ]
 
 
 def energy_block(energy: EnergyGap) -> dict[str, Any]:
@@ -50,9 +65,11 @@ def energy_block(energy: EnergyGap) -> dict[str, Any]:
         "gap_wh": energy.gap_wh,
         "gap_percent": energy.gap_percent,
         "u_val_wh": energy.u_val if energy.at else None,
+        "u_expanded_wh": energy.expanded if energy.at else None,
         "u_noise_wh": energy.noise_wh,
         "u_tolerance_wh": energy.tolerance_wh,
         "u_numerical_wh": energy.numerical_wh,
+        "u_bias_wh": energy.bias_wh,
         "coverage": COVERAGE,
         "within": energy.within,
     }
@@ -92,7 +109,7 @@ def headline(gap: Gap) -> str:
         f"{gap.log} against {gap.vehicle} ({gap.mode}), at the {e.at}: measured "
         f"{e.measured_wh:.4g} Wh, simulated {e.simulated_wh:.4g} Wh, "
         f"gap {e.gap_wh:+.3g} Wh{percent}; {verdict} {COVERAGE:g} × u_val = "
-        f"{COVERAGE * e.u_val:.3g} Wh"
+        f"{e.expanded:.3g} Wh"
     )
 
 
@@ -111,10 +128,15 @@ def tables(gap: Gap) -> list[tuple[str, list[dict[str, Any]]]]:
         for c in gap.channels
     ]
     regimes: list[dict[str, Any]] = [
-        {"regime": r.regime, "time_s": r.time_s, "gap_wh": r.gap_wh, "share": r.share}
+        {
+            "regime": r.regime,
+            "time_s": r.time_s,
+            "gap_wh": r.gap_wh,
+            "u_val_wh": r.u_val_wh,
+            "share": r.share,
+        }
         for r in gap.regimes
     ]
-    stages: list[dict[str, Any]] = [asdict(stage) for stage in gap.stages]
     top = sorted(gap.windows, key=lambda w: -w.share)[:SHOWN]
     found: list[dict[str, Any]] = [
         asdict(w) for w in sorted(top, key=lambda w: w.start_s)
@@ -122,7 +144,7 @@ def tables(gap: Gap) -> list[tuple[str, list[dict[str, Any]]]]:
     parts = [
         ("By channel", channels),
         ("By kind of driving", regimes),
-        ("By stage", stages),
+        ("By stage", stages(gap)),
         ("When", found),
     ]
     return [(title, table) for title, table in parts if table]

@@ -8,26 +8,39 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.analyse.gap_energy import shaft_torque
+from rcc_sim.analyse.gap_energy import (
+    POWER,
+    EnergyGap,
+    energy_noise,
+    energy_tolerance,
+    shaft_torque,
+)
 from rcc_sim.analyse.gap_regimes import Scale, moving_mean, rows_in
+from rcc_sim.analyse.gap_replays import Tolerances
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.simulate.replay import Drive, drive_of, has
 from rcc_sim.trace import Trace
 from rcc_sim.units import J_PER_WH
 
 Array = NDArray[np.float64]
-Power = Callable[[Drive], Array]
+Power = Callable[[Drive], tuple[Array, Array]]
 
 DRIVEN = ("speed_ref_mps", "throttle")
 
 
 @dataclass(frozen=True)
 class StageGap:
-    """What one stage of the power chain has of the gap; all stages sum to it."""
+    """What one stage of the power chain has of the gap; all stages sum to it.
+
+    ``u_val_wh`` is the standard uncertainty of it: by the scatter of its power from
+    stretch to stretch, by the file's sds, by a bias of the battery's sensors where it
+    ends in what was measured.
+    """
 
     stage: str
     gap_wh: float
     share: float
+    u_val_wh: float = 0.0
 
 
 def stage_gaps(
@@ -39,7 +52,8 @@ def stage_gaps(
     simulated: Array,
     measured: Array,
     weights: Array,
-    at_battery: bool,
+    moved: Tolerances,
+    energy: EnergyGap,
 ) -> list[StageGap]:
     """Cut the gap up by driving the model with ever more of what was measured.
 
@@ -51,42 +65,53 @@ def stage_gaps(
     Parameters
     ----------
     power : callable
-        The simulated power [W] of a drive.
+        The simulated power [W] of a drive, and how the file's sds move it at the rows
+        of ``moved``.
     simulated, measured : ndarray, shape (n,)
         Power of the drive as it is, and as logged. [W]
     weights : ndarray, shape (n,)
         Time that each row stands for. [s]
-    at_battery : bool
-        Whether the power is that of the battery, not of the shaft.
+    moved : Tolerances
+        How the file's sds move the power of the drive as it is, as column ``power``.
+    energy : EnergyGap
+        Of the whole drive: where it was measured, and its uncertainties.
     """
-    levels: list[tuple[str, Array]] = []
+    levels: list[tuple[str, Array, Array]] = []
+    at_battery = energy.at == "battery"
     now = drive
     if not drive.imposed and has(log, "speed_mps"):
         now = _moved(log, vehicle, drive)
-        levels.append(("control", power(now)))
+        levels.append(("control", *power(now)))
     if now.imposed and now.steered and has(log, "yaw_rate_radps"):
         rows = rows_in(drive.time, Scale.of(vehicle).time)
         now = _yawed(now, rows)
-        levels.append(("lateral", power(now)))
+        levels.append(("lateral", *power(now)))
     torque = shaft_torque(log.columns, vehicle)
     rest = "mechanical" if not at_battery else "mechanical and electrical"
     if at_battery and torque is not None and now.imposed:
-        levels.append(("mechanical", power(torqued(now, torque))))
+        levels.append(("mechanical", *power(torqued(now, torque))))
         rest = "electrical"
     if not now.imposed:
         rest = f"control, {rest}"
-    levels.append((rest, measured))
-    joules = []
-    before = simulated
-    for _, after in levels:
+    start = moved.moved[POWER]
+    levels.append((rest, measured, np.zeros_like(start)))
+    found = []
+    before, shifts = simulated, start
+    for place, (name, after, moves) in enumerate(levels):
         change = np.where(weights > 0, after - before, 0.0)
-        joules.append(float((change * weights).sum()))
-        before = after
-    total = float(np.abs(joules).sum()) or 1.0
-    return [
-        StageGap(name, gap / J_PER_WH, gap / total)
-        for (name, _), gap in zip(levels, joules, strict=True)
-    ]
+        own = replace(moved, moved={POWER: shifts - moves})
+        parts = [
+            energy_tolerance(weights, own, POWER),
+            energy_noise(change, weights, own, POWER),
+            energy.numerical_wh,
+        ]
+        if place == len(levels) - 1:
+            parts.append(energy.bias_wh)
+        u_val = float(np.sqrt(sum(part * part for part in parts)))
+        found.append((name, float((change * weights).sum()) / J_PER_WH, u_val))
+        before, shifts = after, moves
+    total = sum(abs(gap) for _, gap, _ in found) or 1.0
+    return [StageGap(name, gap, gap / total, u_val) for name, gap, u_val in found]
 
 
 def untorqued(drive: Drive) -> Drive:

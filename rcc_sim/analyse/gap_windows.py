@@ -13,8 +13,9 @@ from rcc_sim.analyse.logcheck.finding import runs
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-LIMIT = 1.5
-"""Mean difference, in units of noise and tolerance, that is beyond noise. [1]"""
+EXTENT = 1.5
+"""Mean difference, in units of noise and tolerance, to which a window reaches whose
+peak is beyond the limit. [1]"""
 
 MOST = 12
 """Windows that are told."""
@@ -38,6 +39,7 @@ def windows(
     differences: dict[str, Array],
     sizes: dict[str, Array],
     rows: int,
+    limit: float,
 ) -> list[Window]:
     """Return the stretches that matter most, in the order of time.
 
@@ -50,6 +52,9 @@ def windows(
         deviation of it by noise and tolerance.
     rows : int
         Rows over which a difference is averaged.
+    limit : float
+        Mean difference, in units of noise and tolerance, that a window's peak must
+        exceed, from :func:`rcc_sim.analyse.gap_alarm.alarm_limit`.
     """
     found: list[Window] = []
     total = 0.0
@@ -59,12 +64,15 @@ def windows(
         z = np.where(judged, e / size, 0.0)
         squares = z * z
         total += float(squares.sum())
-        beyond = _closed(np.abs(moving_mean(z, rows)) > LIMIT, rows)
+        mean = np.abs(moving_mean(z, rows))
+        if float(mean.max()) <= limit:
+            continue
+        beyond = _closed(mean > EXTENT, rows)
         along = np.concatenate([[0.0], np.cumsum(squares)])
         found += [
             Window(float(time[a]), float(time[b - 1]), name, float(along[b] - along[a]))
             for a, b in zip(*runs(beyond), strict=True)
-            if b - a > rows // 2
+            if b - a > rows // 2 and float(mean[a:b].max()) > limit
         ]
     found.sort(key=lambda w: -w.share)
     kept = sorted(found[:MOST], key=lambda w: (w.start_s, w.channel))

@@ -10,7 +10,7 @@ from typing import IO
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.analyse.logcheck import check_log
+from rcc_sim.analyse.logcheck import check_log, file_findings
 from rcc_sim.analyse.logcheck.finding import (
     ELECTRICAL,
     INERTIAL,
@@ -105,7 +105,7 @@ def open_log(
     log, turned = _forward(Trace(kept, name=trace.name))
     _refuse(log, checked.unusable)
     told = [f for f in checked.findings if not turned or f.kind != turned[0].kind]
-    return Logged(log, (*notes, *turned, *told), reading)
+    return Logged(log, (*file_findings(reading), *notes, *turned, *told), reading)
 
 
 def _without(trace: Trace, hide: Sequence[str]) -> Trace:

@@ -163,12 +163,12 @@ def check_row(log: str, options: Mapping[str, Any]) -> Row:
     options : mapping
         ``vehicle``: name or path of a vehicle to judge by, or None.
     """
-    from rcc_sim.analyse.logcheck import check_log, report
+    from rcc_sim.analyse.logcheck import check_reading, report
     from rcc_sim.definitions.vehicle import load_vehicle
     from rcc_sim.readers import read_log
 
     name = options.get("vehicle")
-    checked = check_log(read_log(log).trace, load_vehicle(name) if name else None)
+    checked = check_reading(read_log(log), load_vehicle(name) if name else None)
     whole = report.document([checked])
     return {
         **{key: whole[key] for key in ("sound", "rows", "rate_hz", "duration_s")},

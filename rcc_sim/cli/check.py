@@ -62,12 +62,12 @@ def check(
 
 
 def _checked(logs: list[str], vehicle: str | None) -> list[Checked]:
-    from rcc_sim.analyse.logcheck import check_log
+    from rcc_sim.analyse.logcheck import check_reading
     from rcc_sim.definitions.vehicle import load_vehicle
     from rcc_sim.readers import read_log
 
     judge = load_vehicle(vehicle) if vehicle else None
-    return [check_log(read_log(log).trace, judge) for log in logs]
+    return [check_reading(read_log(log), judge) for log in logs]
 
 
 def _insist(checks: list[Checked]) -> None:

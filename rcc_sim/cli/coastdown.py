@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -12,13 +13,20 @@ from rcc_sim.cli.output import Csv, Json, Output, emit, say, warn
 if TYPE_CHECKING:
     from rcc_sim.definitions.vehicle import Vehicle
     from rcc_sim.identify.coastdown import RoadLoad
+    from rcc_sim.identify.pooled import Pooled
+    from rcc_sim.identify.slowing import Slowing
+    from rcc_sim.trace import Trace
 
 UNITS = {"A": "n", "B": "n_s_per_m", "C": "n_s2_per_m2"}
 DRIVES = ("motor_torque_nm", "motor_current_a", "throttle")
+COLUMNS = ("speed_mps", *DRIVES, "slope", "elevation_m")
 
 
 def coastdown(
-    log: Annotated[str, typer.Argument(help="Log with time_s, speed_mps; - is stdin.")],
+    logs: Annotated[
+        list[str],
+        typer.Argument(help="Logs of any format that hold a speed; - is stdin."),
+    ],
     mass: Annotated[float | None, typer.Option(help="As driven. [kg]")] = None,
     vehicle: Annotated[
         str | None,
@@ -44,25 +52,28 @@ def coastdown(
     """Road load A + B v + C v² from coast-downs, by fitting speed over time.
 
     Coasts are found where the motor gives nothing (torque, current or throttle in
-    the log), else where the speed falls for longest. Intervals hold 90 %.
+    the log), else where the speed falls for longest. Several logs are fitted as one.
+    Intervals hold 90 %.
 
     Example: rccsim coastdown coast.csv --vehicle rcc
     """
     from rcc_sim.definitions.vehicle import load_vehicle
     from rcc_sim.identify.coastdown import fit_coastdown
-    from rcc_sim.trace import read_trace
+    from rcc_sim.identify.pooled import pooled
+    from rcc_sim.identify.slowing import slowing
 
-    trace = read_trace(log)
     car = load_vehicle(vehicle) if vehicle else None
-    drive = next((trace[c] for c in DRIVES if c in trace), None)
+    weight, turning = _mass(mass, car), _equivalent(equivalent_inertia, car)
+    pool = pooled([_read(log, car) for log in logs], COLUMNS)
+    seen = pool.columns
     result = fit_coastdown(
-        trace["time_s"],
-        trace["speed_mps"],
-        _mass(mass, car),
-        equivalent_inertia_kg=_equivalent(equivalent_inertia, car),
-        drive=drive,
-        slope=trace.columns.get("slope"),
-        elevation_m=trace.columns.get("elevation_m") if "slope" not in trace else None,
+        seen["time_s"],
+        seen["speed_mps"],
+        weight,
+        equivalent_inertia_kg=turning,
+        drive=next((seen[c] for c in DRIVES if c in seen), None),
+        slope=seen.get("slope"),
+        elevation_m=seen.get("elevation_m") if "slope" not in seen else None,
         direction=direction or None,
         min_speed_mps=min_speed,
     )
@@ -70,9 +81,22 @@ def coastdown(
         warn(text)
     if not result.converged:
         warn(f"the fit did not converge: {result.message}")
-    emit(_document(result), _rows(result), json=json, csv=csv, output=output)
+    slows = slowing(result, weight + turning)
+    document = _document(result, pool, slows)
+    emit(document, _rows(result), json=json, csv=csv, output=output)
     say(f"{len(result.stretches)} coasts, {result.speed_low:.3g} to "
         f"{result.speed_high:.3g} m/s")  # fmt: skip
+    told = ", ".join(f"{s.deceleration_mps2:.3g} at {s.speed_mps:.2g}" for s in slows)
+    say(f"slows by m/s² at m/s: {told}")
+
+
+def _read(log: str, car: Vehicle | None) -> Trace:
+    """Return a log's trace at the rows of its speed."""
+    from rcc_sim.readers import on_one_clock, read_log, with_vehicle
+
+    reading = read_log(log)
+    trace = (reading if car is None else with_vehicle(reading, car)).trace
+    return on_one_clock(trace) if "speed_mps" in trace else trace
 
 
 def _mass(mass: float | None, car: Vehicle | None) -> float:
@@ -111,14 +135,23 @@ def _rows(result: RoadLoad) -> list[dict[str, Any]]:
     ]
 
 
-def _document(result: RoadLoad) -> dict[str, Any]:
+def _document(
+    result: RoadLoad, pool: Pooled, slows: Sequence[Slowing]
+) -> dict[str, Any]:
+    from dataclasses import asdict
+
+    def own(start: float, end: float) -> dict[str, Any]:
+        log, begin = pool.own(start)
+        return {"log": log, "start_s": begin, "end_s": pool.own(end)[1]}
+
     load = {f"{k.lower()}_{u}": getattr(result, k).value for k, u in UNITS.items()}
     return load | {
         "coefficients": {row.pop("coefficient"): row for row in _rows(result)},
         "terms": list(result.terms),
         "r_squared": result.r_squared,
         "residual_sd_mps": result.residual_sd,
-        "stretches": [{"start_s": a, "end_s": b} for a, b in result.stretches],
+        "stretches": [own(a, b) for a, b in result.stretches],
+        "decelerations": [asdict(s) for s in slows],
         "speed_low_mps": result.speed_low,
         "speed_high_mps": result.speed_high,
         "converged": result.converged,

@@ -133,7 +133,7 @@ def _tell(log: Log) -> None:
         ("mapped", renamed or ["every column by its own name"]),
         ("guessed", log.guessed),
         ("dropped", [", ".join(log.dropped)] if log.dropped else []),
-        ("note", log.notes),
+        ("note", [*(flaw.line() for flaw in log.flaws), *log.notes]),
     ):
         for line in lines:
             say(f"{title}: {line}")
@@ -156,6 +156,7 @@ def _document(log: Log, rows: list[dict[str, Any]]) -> dict[str, Any]:
         "dropped": list(log.dropped),
         "guessed": list(log.guessed),
         "notes": list(log.notes),
+        "flaws": [flaw._asdict() for flaw in log.flaws],
     }
 
 

@@ -8,11 +8,12 @@ from typing import IO
 from rcc_sim.readers.car import with_vehicle
 from rcc_sim.readers.column_map import load_map, shipped_maps
 from rcc_sim.readers.commands import write_commands
-from rcc_sim.readers.log import Log, Mapped, on_one_clock
+from rcc_sim.readers.log import Flaw, Log, Mapped, on_one_clock
 from rcc_sim.readers.plugins import Reader, named, readers, sniffed
 from rcc_sim.source import open_source
 
 __all__ = [
+    "Flaw",
     "Log",
     "Mapped",
     "Reader",

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from rcc_sim.errors import InputError
 from rcc_sim.readers.column_map import ColumnMap, Term, Where
-from rcc_sim.readers.log import Array, Group, Log, Mapped, merged
+from rcc_sim.readers.log import Array, Flaw, Group, Log, Mapped, merged
 from rcc_sim.trace import Trace
 
 EPOCH = 1e5
@@ -28,6 +28,7 @@ class Report:
     dropped: list[str] = field(default_factory=list)
     guessed: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
+    flaws: list[Flaw] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -90,7 +91,7 @@ def mapped_columns(
         dead = [(name, why) for name, _, why in kept if why]
         if dead:
             name, why = dead[0]
-            report.notes.append(f"{name}: {why}: left out")
+            report.flaws.append(Flaw("dead", name, why, "left out"))
             report.dropped.append(name)
             continue
         clock = kept[0][1].clock
@@ -148,6 +149,7 @@ def finished(
         dropped=tuple(dict.fromkeys(report.dropped)),
         guessed=tuple(dict.fromkeys(report.guessed)),
         notes=tuple(report.notes),
+        flaws=tuple(report.flaws),
     )
 
 

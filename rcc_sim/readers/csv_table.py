@@ -136,7 +136,16 @@ def read_columns(
         values = read.column(0)
         read = read.remove_column(0)
         columns[name] = values.to_pylist() if name in text else _own(values.to_numpy())
+        del values
+    _release()
     return columns, notes
+
+
+def _release() -> None:
+    """Give back what the parser held: a long log's table is as large as the log."""
+    import pyarrow
+
+    pyarrow.default_memory_pool().release_unused()
 
 
 def _own(values: Array) -> Array:

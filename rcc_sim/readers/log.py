@@ -48,6 +48,33 @@ class Mapped(NamedTuple):
         return f"{self.column} from {self.source}{times}{plus}"
 
 
+class Flaw(NamedTuple):
+    """What is wrong with a file itself, or with a channel that was left out of it.
+
+    Attributes
+    ----------
+    kind : str
+        Slug, such as ``dead``, ``cut_short``, ``unreadable``.
+    channel : str
+        As the file calls it; empty where it is the whole file.
+    what, action : str
+        In words, and what was done about it.
+    severe : bool
+        Whether rows are missing by it, which a note is not enough for.
+    """
+
+    kind: str
+    channel: str
+    what: str
+    action: str
+    severe: bool = False
+
+    def line(self) -> str:
+        """Return it in words."""
+        head = f"{self.channel}: " if self.channel else ""
+        return f"{head}{self.what}: {self.action}"
+
+
 @dataclass(frozen=True)
 class Log:
     """A log in rccsim's own columns, as measured: nothing is mended.
@@ -67,6 +94,8 @@ class Log:
         What the reader assumed and the file does not say.
     notes : tuple of str
         What else a person should know.
+    flaws : tuple of Flaw
+        What is wrong with the file, as far as reading it shows.
     """
 
     trace: Trace
@@ -75,6 +104,7 @@ class Log:
     dropped: tuple[str, ...] = ()
     guessed: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+    flaws: tuple[Flaw, ...] = ()
 
 
 class Group(NamedTuple):

@@ -82,10 +82,9 @@ def _read(source: Source, file: Any, columns: ColumnMap | None) -> Log:
 def _columns(source: Source, file: Any, names: list[str]) -> dict[str, Array]:
     import pyarrow
 
-    table = file.read(columns=names)
     found: dict[str, Array] = {}
-    for name in names:
-        values = table.column(name)
+    for name in names:  # one at a time: a long log's table would stand twice in memory
+        values = file.read(columns=[name]).column(0)
         if pyarrow.types.is_timestamp(values.type):
             stamps = values.cast(pyarrow.timestamp("ns")).cast("int64")
             found[name] = stamps.to_numpy().astype(float) / 1e9
@@ -96,6 +95,7 @@ def _columns(source: Source, file: Any, names: list[str]) -> dict[str, Array]:
             raise InputError(
                 f"{source.name}: {name}: should be numbers: {values.type}"
             ) from None
+    pyarrow.default_memory_pool().release_unused()
     return found
 
 

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from rcc_sim.analyse.gap import gap
+from rcc_sim.analyse.gap_alarm import alarm_limit
+from rcc_sim.analyse.gap_replays import Tolerances
 from rcc_sim.analyse.gap_report import document
 from rcc_sim.analyse.logged import Logged, open_log
 from rcc_sim.definitions.cycle import Cycle
@@ -154,6 +156,36 @@ def test_a_steering_offset_shows_in_the_yaw_rate_and_not_in_the_speed():
     assert "yaw_rate_radps" in {w.channel for w in found.windows}
 
 
+def test_the_limit_of_an_alarm_is_the_quantile_of_the_largest_of_many_normals():
+    """Of n independent windows: P(max |z| > L) = 0.05, by the closed form."""
+    from scipy.stats import norm
+
+    rng = np.random.default_rng(3)
+    count, rows = 400, 10
+    e = np.repeat(rng.standard_normal(2 * count), rows // 2)
+    nothing = Tolerances((), np.arange(len(e)), {})
+    limit = alarm_limit({"c": e}, {"c": np.ones(len(e))}, nothing, rows)
+    exact = norm.ppf(0.5 + 0.5 * 0.95 ** (1 / (2 * count)))
+    assert limit == pytest.approx(exact, rel=0.05)
+
+
+def test_figures_that_move_all_windows_at_once_raise_the_limit_no_more_than_one():
+    from scipy.stats import norm
+
+    n, rows = 4000, 10
+    moved = Tolerances(("k",), np.arange(n), {"c": np.ones((1, n))})
+    limit = alarm_limit({"c": np.zeros(n)}, {"c": np.ones(n)}, moved, rows)
+    assert limit == pytest.approx(max(norm.ppf(0.975), 2.0), abs=0.3)
+
+
+def test_the_motor_stands_before_the_speed_and_the_battery_that_follow_it():
+    more = LOSSES | {"drivetrain_friction": {"torque_nm": 0.004}}
+    found = gap(logged(small_log(car(more))), car(LOSSES))
+    order = [c.channel for c in found.channels]
+    assert order[0] in ("motor_torque_nm", "motor_current_a")
+    assert order.index("motor_current_a") < order.index("battery_power_w")
+
+
 def test_windows_say_when_an_effect_acts():
     log = small_log(car(LOSSES))
     noise = np.random.default_rng(5).normal(0, 0.5, len(log))
@@ -197,6 +229,23 @@ def test_tolerance_is_that_of_a_figure_to_which_energy_is_proportional():
     energy = gap(Logged(still, (), None), car(unsure)).energy
     assert energy.tolerance_wh == pytest.approx(2.0 * 60 / 3600, rel=1e-2)
     assert energy.gap_wh == pytest.approx(1.0 * 60 / 3600, rel=1e-2)
+
+
+def test_a_stage_is_unsure_by_the_figures_that_act_in_it_and_no_others():
+    """An auxiliary load of ± 40 W over the drive is electrical: 40 W times its time."""
+    log = simulate(truck(HEAVY), LARGE, output_rate=10.0).trace
+    sure = gap(logged(log), truck(HEAVY))
+    doubt = HEAVY | {"auxiliary_load": {"power_w": {"value": 500.0, "sd": 40.0}}}
+    found = gap(logged(log), truck(doubt))
+    exact = 40.0 * (log["time_s"][-1] - log["time_s"][0]) / 3600
+    before, after = (by_name(g.stages, "stage") for g in (sure, found))
+    added = {
+        name: after[name].u_val_wh ** 2 - before[name].u_val_wh ** 2 for name in after
+    }
+    assert np.sqrt(added["electrical"]) == pytest.approx(exact, rel=0.02)
+    assert abs(added["mechanical"]) < 1e-3 * exact**2
+    stands = by_name(found.regimes, "regime")["standstill"]
+    assert stands.u_val_wh == pytest.approx(40.0 * stands.time_s / 3600, rel=0.05)
 
 
 def test_repeats_tell_the_noise_of_a_channel():

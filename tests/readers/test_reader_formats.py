@@ -109,7 +109,7 @@ def test_what_a_vesc_does_not_have_is_blank_or_left_out(tmp_path):
     for name in ("yaw_rate_radps", "accel_x_mps2", "accel_y_mps2", "elevation_m"):
         assert np.isnan(log.trace[name]).all()
     assert "motor_temperature_degc" not in log.trace
-    assert any("temp_motor" in note and "no sensor" in note for note in log.notes)
+    assert [flaw.channel for flaw in log.flaws if flaw.kind == "dead"] == ["temp_motor"]
 
 
 # Column maps

@@ -189,7 +189,7 @@ def test_dart_coasts_down_as_its_authors_model_says():
 def test_dart_says_that_its_battery_sensors_are_dead_and_keeps_the_imus_bias(path):
     log = read(path)
     assert {"voltage", "current"} <= set(log.dropped)
-    assert sum("no sensor" in note for note in log.notes) == 2
+    assert sum(flaw.kind == "dead" for flaw in log.flaws) == 2
     still = log.trace["speed_mps"] == 0
     still &= log.trace["throttle"] <= 0
     bias = np.median(log.trace["accel_x_mps2"][still])

@@ -2,5 +2,6 @@
 
 from rcc_sim.analyse.logcheck.check import check_log
 from rcc_sim.analyse.logcheck.finding import Checked, Finding
+from rcc_sim.analyse.logcheck.reading import check_reading, file_findings
 
-__all__ = ["Checked", "Finding", "check_log"]
+__all__ = ["Checked", "Finding", "check_log", "check_reading", "file_findings"]

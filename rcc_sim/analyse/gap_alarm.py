@@ -1,0 +1,135 @@
+"""From where on a difference is no chance any more, over all windows of a log."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rcc_sim.analyse.gap_channels import ChannelGap
+from rcc_sim.analyse.gap_replays import Tolerances
+
+Array = NDArray[np.float64]
+
+FALSE = 0.05
+"""Share of sound logs of which any window may be flagged. [1]"""
+
+DRAWS = 200
+"""Draws of the file's figures within their sds."""
+
+LOOKED_AT = 200
+"""Windows of a channel whose tolerances are drawn; of a long log every so many."""
+
+MOST = 20.0
+"""Largest limit that is looked for. [1]"""
+
+LEAST = 2.0
+"""Smallest limit: a window within two standard deviations is never flagged. [1]"""
+
+CAUSES = {
+    "speed_mps": ("motor_torque_nm", "motor_current_a"),
+    "accel_x_mps2": ("motor_torque_nm", "motor_current_a"),
+    "battery_power_w": ("motor_torque_nm", "motor_current_a"),
+    "battery_current_a": ("motor_torque_nm", "motor_current_a"),
+    "battery_voltage_v": ("motor_torque_nm", "motor_current_a"),
+}
+"""Channel -> those it follows: motion and battery answer to the motor."""
+
+
+def alarm_limit(
+    differences: Mapping[str, Array],
+    sizes: Mapping[str, Array],
+    tolerances: Tolerances,
+    rows: int,
+) -> float:
+    r"""Mean difference of a window that a sound log exceeds in one case of twenty.
+
+    The figures of the file are drawn within their sds, which moves all windows at
+    once; noise moves each by itself. The limit L solves
+
+    .. math:: E_\delta \prod_{c, j} P(|T_{cj}(\delta) + \rho_c n| \le L) = 0.95
+
+    with T what a draw does to the mean of window j of channel c, in units of noise
+    and tolerance there, and :math:`\rho_c` the noise of a window's mean.
+
+    Parameters
+    ----------
+    differences, sizes : mapping of ndarray, each of shape (n,)
+        Per channel as in :func:`rcc_sim.analyse.gap_windows.windows`.
+    tolerances : Tolerances
+        What the file's sds do, at some rows.
+    rows : int
+        Rows of a window.
+    """
+    half = max(rows // 2, 1)
+    draws = np.random.default_rng(0).standard_normal((DRAWS, len(tolerances.keys)))
+    shifts, noises, counts = [], [], []
+    for name, e in differences.items():
+        size = np.where(sizes[name] > 0, sizes[name], np.inf)
+        means = _means(np.where(np.isfinite(e), e / size, 0.0), half)
+        if len(means) < 2:
+            continue
+        moved = tolerances.moved.get(name, np.zeros((0, len(tolerances.rows))))
+        there = np.where(np.isfinite(e[tolerances.rows]), size[tolerances.rows], np.inf)
+        some = _means(np.where(np.isfinite(moved), moved, 0.0) / there, half)
+        some = some[:, :: max(some.shape[1] // LOOKED_AT, 1)]
+        moves = draws @ some if len(moved) else np.zeros((DRAWS, some.shape[1]))
+        shifts.append(moves)
+        noises.append(np.full(some.shape[1], _noise(means)))
+        counts.append(np.full(some.shape[1], len(means) / some.shape[1]))
+    if not shifts:
+        return LEAST
+    return _solved(np.hstack(shifts), np.hstack(noises), np.hstack(counts))
+
+
+def _means(x: Array, rows: int) -> Array:
+    """Return the means of stretches of so many rows, along the last axis."""
+    count = x.shape[-1] // rows
+    whole = x[..., : count * rows].reshape(*x.shape[:-1], count, rows)
+    return np.asarray(whole.mean(axis=-1))
+
+
+def _noise(means: Array) -> float:
+    """Return the sd of a window's mean, by how it changes from one to the next."""
+    change = means[2:] - means[:-2] if len(means) > 4 else means
+    size = 1.4826 * float(np.median(np.abs(change))) / float(np.sqrt(2))
+    return min(max(size, 1e-3), 1.0)
+
+
+def _solved(shifts: Array, noises: Array, counts: Array) -> float:
+    from scipy.special import log_ndtr, ndtr
+
+    def quiet(limit: float) -> float:
+        above = ndtr((-limit - shifts) / noises) + ndtr((shifts - limit) / noises)
+        calm = np.where(above < 0.5, np.log1p(-np.minimum(above, 0.5)), 0.0)
+        loud = above >= 0.5
+        if loud.any():
+            calm[loud] = log_ndtr(-(np.abs(shifts) - limit) / noises)[loud]
+        return float(np.exp(np.clip(calm @ counts, -700, 0)).mean())
+
+    low, high = 0.0, MOST
+    for _ in range(25):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if quiet(middle) < 1 - FALSE else (low, middle)
+    return max(high, LEAST)
+
+
+def strongest_first(
+    gaps: Sequence[ChannelGap], flagged: frozenset[str]
+) -> list[ChannelGap]:
+    """Return the channels in the order in which they part, causes before what follows.
+
+    By the difference in units of noise and tolerance; but a channel that was flagged
+    stands before those that follow it: a closed speed loop lets the speed follow
+    whatever acts on the motor, and the battery gives what the motor takes.
+    """
+    ratio = {g.channel: g.ratio or 0.0 for g in gaps}
+
+    def place(gap: ChannelGap) -> tuple[float, bool]:
+        follow = [c for c in ratio if gap.channel in CAUSES.get(c, ())]
+        if gap.channel in flagged and follow:
+            return -max(ratio[gap.channel], *(ratio[c] for c in follow)), False
+        return -ratio[gap.channel], True
+
+    return sorted(gaps, key=place)
