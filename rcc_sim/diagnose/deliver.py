@@ -93,7 +93,7 @@ def write_next_run(found: Diagnosis, path: Path) -> None:
         row = float(np.median(np.diff(problem.log["time_s"])))
         every = [r for r in menu(problem, limits_of(problem), row) if r.is_commanded]
         runs = [max(every, key=lambda r: (float(np.ptp(r.legs[0].steer)), r.seconds))]
-    leg = runs[0].legs[0]
+    leg = runs[0].commands
     kind = "mcap" if path.suffix == ".mcap" else "csv"
     column = level_column(problem)
     if column == "speed_ref_mps":

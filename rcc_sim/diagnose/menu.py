@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -96,16 +96,40 @@ class Run:
         What is commanded.
     where : str
         road, stand (wheels off the ground) or loaded (a known load on board).
+    times : int
+        How often it is driven.
     """
 
     do: str
     legs: tuple[Leg, ...]
     where: str = ROAD
+    times: int = 1
+
+    @property
+    def once(self) -> float:
+        """Time that it takes to drive it once. [s]"""
+        return float(sum(leg.time[-1] for leg in self.legs))
 
     @property
     def seconds(self) -> float:
         """Time that it takes. [s]"""
-        return float(sum(leg.time[-1] for leg in self.legs))
+        return self.times * self.once
+
+    @property
+    def words(self) -> str:
+        """What to do, and how often."""
+        return self.do + (f", {self.times} times" if self.times > 1 else "")
+
+    @property
+    def commands(self) -> Leg:
+        """The only leg of a run that is commanded, as often as it is driven."""
+        leg, row = self.legs[0], float(self.legs[0].time[1])
+        starts = np.arange(self.times) * (leg.time[-1] + row)
+        return Leg(
+            (starts[:, None] + leg.time).ravel(),
+            np.tile(leg.level, self.times),
+            np.tile(leg.steer, self.times),
+        )
 
     @property
     def is_commanded(self) -> bool:
@@ -205,7 +229,10 @@ class Path:
 
 
 def menu(problem: Problem, limits: Limits, row: float) -> list[Run]:
-    """Return every run that could be driven, rows being ``row`` seconds apart."""
+    """Return every run that could be driven, rows being ``row`` seconds apart.
+
+    Each is driven as often as the log's own time allows, so that all take alike.
+    """
     top, a, gain = limits.top, limits.accel, limits.command / limits.top
     curve = coast_curve(problem, top) if problem.drive.imposed else None
     hold = max(0.03 * limits.seconds, 2.5)
@@ -267,7 +294,10 @@ def menu(problem: Problem, limits: Limits, row: float) -> list[Run]:
         if "road_load" not in problem.vehicle.effects:
             words = "spin the wheels off the ground at several speeds"
             runs.append(Run(words, (jumps(),), STAND))
-    return runs + cornering(limits, begun, hold, row) if limits.steer else runs
+    if limits.steer:
+        runs += cornering(limits, begun, hold, row)
+    often = [max(round(limits.seconds / r.once), 1) for r in runs]
+    return [replace(r, times=n) for r, n in zip(runs, often, strict=True)]
 
 
 def cornering(

@@ -224,6 +224,8 @@ def diagnose(
         left = max(left, remainder(acting, fit), key=lambda r: r.evidence)
     told("what these logs cannot tell apart")
     known = settled(acting, fit, causes, able)
+    if known.fit is not fit:
+        left = remainder(acting, known.fit)
     fit, causes = known.fit, known.causes
     told("proof on held-out rows")
     shrink, energy = _proof(acting, engine, fit, holdouts, vehicle)
