@@ -384,7 +384,8 @@ def at_place(
         )
     if where == STAND:
         found |= dict.fromkeys(OF_THE_ROAD & found.keys(), 0.0)
-        found["body.mass_kg"] = WHEELS * figures.get(ON_STAND, 1.0) * mass
+        moved = WHEELS * figures.get(ON_STAND, 1.0) * mass
+        found["effects.payload.mass_kg"] = moved - found.get("body.mass_kg", mass)
     return {k: x for k, x in found.items() if k != ON_STAND}
 
 
