@@ -9,8 +9,9 @@ import numpy as np
 
 from rcc_sim.definitions.figure import Z_90
 from rcc_sim.definitions.write_vehicle import write_vehicle
-from rcc_sim.diagnose.experiment import next_run
+from rcc_sim.diagnose.menu import level_column, limits_of, menu
 from rcc_sim.diagnose.run import Diagnosis
+from rcc_sim.errors import InputError
 from rcc_sim.readers import write_commands
 from rcc_sim.trace import Trace, write_trace
 
@@ -75,22 +76,42 @@ def write_profiles(found: Diagnosis, file: IO[bytes]) -> None:
 
 
 def write_next_run(found: Diagnosis, path: Path) -> None:
-    """Write commands to drive next, within the speed and steer of the first log.
+    """Write the commands of the best run that commands alone make.
+
+    A speed to follow where the log has no commands. Where nothing is tied or wide:
+    the run of the menu that steers most, else the longest.
 
     Raises
     ------
     InputError
-        If the format is not known, or the vehicle lacks what it takes.
+        If the format is not known, the vehicle lacks what it takes, or the file cannot
+        be written.
     """
     problem = found.found.engine.problems[0]
-    log = problem.log
-    steer = 0.2
-    if "steer_cmd_rad" in log:
-        steer = 0.5 * float(np.nanmax(np.abs(log["steer_cmd_rad"]))) or steer
-    top = float(problem.speed.max()) or 1.0
-    time, speed, angle = next_run(top, steer, found.vehicle.wheelbase)
+    runs = [e.run for e in found.experiments if e.run.is_commanded]
+    if not runs:
+        row = float(np.median(np.diff(problem.log["time_s"])))
+        every = [r for r in menu(problem, limits_of(problem), row) if r.is_commanded]
+        runs = [max(every, key=lambda r: (float(np.ptp(r.legs[0].steer)), r.seconds))]
+    leg = runs[0].commands
     kind = "mcap" if path.suffix == ".mcap" else "csv"
-    write_commands(path, time, speed, angle, found.vehicle, format=kind)
+    column = level_column(problem)
+    if column == "speed_ref_mps":
+        write_commands(path, leg.time, leg.level, leg.steer, found.vehicle, format=kind)
+        return
+    if kind == "mcap":
+        raise InputError(
+            f"--next-run: {path}: should end in .csv where {column} is what is driven",
+            "a bag holds the commands of a car whose mode is speed",
+        )
+    columns = {"time_s": leg.time, column: leg.level, "steer_cmd_rad": leg.steer}
+    part = path.with_name(path.name + ".part")
+    try:
+        with part.open("wb") as file:
+            write_trace(Trace(columns), file)
+        part.replace(path)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error.strerror}") from None
 
 
 def screen(found: Diagnosis) -> list[str]:
@@ -136,5 +157,7 @@ def screen(found: Diagnosis) -> list[str]:
             f"LEFT     acts as a {found.left.acts_as}, follows {found.left.follows}"
             f" ({found.left.evidence:.0f} nats); {where}"
         )
-    runs = found.next_experiments()[:2]
-    return lines + [f"NEXT     {run.do}" for run in runs]
+    return lines + [
+        f"NEXT     {e.do}, {e.time_s:.0f} s: {e.expected_nats.least:.0f} nats"
+        for e in found.experiments[:2]
+    ]

@@ -1,67 +1,34 @@
-"""Which run would tell apart what these logs cannot."""
+"""Which run would tell apart what these logs cannot, and by how many nats."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import isfinite, log
 
-import numpy as np
-from numpy.typing import NDArray
+from rcc_sim.diagnose.bench import Bench, Nats
+from rcc_sim.diagnose.engine import Engine, Fit
+from rcc_sim.diagnose.menu import Run
+from rcc_sim.diagnose.ties import Rival
+from rcc_sim.diagnose.verdict import Asserted
+from rcc_sim.errors import InputError
+from rcc_sim.physics.effects import EFFECTS
 
-Array = NDArray[np.float64]
+MOST = 4
+"""Hypotheses of a tie that are told apart: the likeliest."""
 
-RATE = 0.02
-"""Time between two rows of a run to drive. [s]"""
+SHOWN = 3
+"""Runs that are proposed for a tie."""
 
-SEPARATES: dict[str, tuple[frozenset[str], ...]] = {
-    "drive the same stretch out and back, once in each direction": (
-        frozenset({"road_grade", "headwind"}),
-    ),
-    "spin the wheels off the ground at several speeds, 5 min": (
-        frozenset(
-            {
-                *("drivetrain_friction", "drivetrain_damping", "iron_loss"),
-                *("rotor_inertia", "gear_loss"),
-            }
-        ),
-    ),
-    "stand still with the electronics on, 2 min, a second current meter in line": (
-        frozenset({"auxiliary_load", "current_sensor_scale"}),
-    ),
-    "coast down from top speed in both directions, no torque": (
-        frozenset({"rolling_resistance", "aerodynamic_drag", "copper_loss"}),
-        frozenset({"headwind", "road_grade"}),
-    ),
-    "drive with a known load of 10 % of the mass on board": (
-        frozenset({"payload", "rolling_resistance"}),
-    ),
-    "hold a constant radius at rising speed, both ways round": (
-        frozenset(
-            {
-                *("front_cornering_stiffness", "rear_cornering_stiffness"),
-                *("cg_shift", "steering_gain", "steering_offset"),
-                *("tyre_saturation", "yaw_rate_bias"),
-            }
-        ),
-    ),
-    "step the steering at three speeds": (
-        frozenset(
-            {
-                *("steering_lag", "steering_delay", "yaw_inertia"),
-                *("tyre_relaxation", "steering_backlash", "sensor_delay"),
-            }
-        ),
-    ),
-    "step the speed reference up and down, straight ahead": (
-        frozenset(
-            {
-                *("actuation_delay", "motor_lag", "speed_loop"),
-                *("reference_sampling", "speed_dead_zone", "current_limit"),
-            }
-        ),
-    ),
-}
-"""A run -> effects that it shows alone: it parts each of these from all others."""
+ENOUGH = 1.0
+"""Nats below which a run is not worth proposing."""
+
+WIDE = 0.15
+"""Half-width of a 90 % interval, as a share of a cause's departure from what the file
+states, above which the cause is not settled."""
+
+MOST_TIES = 2
+"""Ties for which runs are looked for: the strongest causes'."""
 
 
 @dataclass(frozen=True)
@@ -73,44 +40,125 @@ class Experiment:
     do : str
         What to do.
     separates : tuple of str
-        The effects that it would tell apart.
+        The effects that it would tell apart; of one, it narrows the interval.
+    expected_nats : Nats
+        What it is expected to tell.
+    time_s : float
+        How long it takes. [s]
+    run : Run
+        Its commands.
     """
 
     do: str
     separates: tuple[str, ...]
+    expected_nats: Nats
+    time_s: float
+    run: Run
+
+    def document(self) -> dict[str, object]:
+        """Return what ``--json`` prints."""
+        nats = self.expected_nats
+        return {
+            "do": self.do,
+            "separates": list(self.separates),
+            "expected_nats": {
+                "least": nats.least,
+                "pairs": [{"a": p.a, "b": p.b, "nats": p.nats} for p in nats.pairs],
+            },
+            "time_s": self.time_s,
+            "commanded": self.run.is_commanded,
+        }
 
 
-def next_experiments(tied: Sequence[str]) -> list[Experiment]:
-    """Return the runs that part most of the tied effects first."""
-    found = []
-    for do, groups in SEPARATES.items():
-        shown = {e for group in groups for e in group if e in tied}
-        if shown and (len(shown) < len(set(tied)) or len(groups) > 1):
-            rest = set(tied) - shown
-            found.append((min(len(shown), len(rest)), Experiment(do, tuple(tied))))
-    found.sort(key=lambda pair: -pair[0])
-    return [experiment for _, experiment in found[:3]]
+def next_experiments(
+    engine: Engine,
+    fit: Fit,
+    asserted: Sequence[Asserted],
+    found: Mapping[str, Sequence[Rival]],
+) -> list[Experiment]:
+    """Return the runs that would settle what is tied, else what is wide; best first.
 
-
-def next_run(
-    top_speed: float, top_steer: float, wheelbase: float
-) -> tuple[Array, Array, Array]:
-    """Return time [s], speed [m/s] and steering angle [rad] of a run that tells much.
-
-    Steps of the speed up and down, two coasts to a stand, and at three speeds a step,
-    a held circle and a slalom of the steering, both ways round.
+    Parameters
+    ----------
+    engine : Engine
+        The logs; the first one tells what can be driven.
+    fit : Fit
+        Tolerances and all causes.
+    asserted : sequence of Asserted
+        The causes, strongest first.
+    found : mapping
+        Cause -> what may stand in its place (:func:`rcc_sim.diagnose.ties.rivals`).
     """
-    parts: list[tuple[float, float, float]] = [(2.0, 0.0, 0.0)]
-    for share in (0.3, 0.6, 1.0):
-        v = share * top_speed
-        turn = max(2 * np.pi * wheelbase / max(v, 0.1), 1.0)
-        parts += [(3.0, v, 0.0), (turn, v, top_steer), (turn, v, -top_steer)]
-        parts += [(0.5 * turn, v, s * 0.5 * top_steer) for s in (1, -1, 1, -1)]
-        parts += [(2.0, v, 0.0)]
-    parts += [(6.0, 0.0, 0.0), (4.0, top_speed, 0.0), (8.0, 0.0, 0.0)]
-    ends = np.cumsum([seconds for seconds, _, _ in parts])
-    time = np.arange(0.0, ends[-1], RATE)
-    part = np.searchsorted(ends, time, side="right")
-    speed = np.array([v for _, v, _ in parts])[part]
-    steer = np.array([angle for _, _, angle in parts])[part]
-    return time, speed, steer
+    ties = [a.cause.effect for a in asserted if a.cause.tied]
+    wide = [a for a in asserted if not a.cause.tied and is_wide(a, fit)]
+    if not ties and not wide:
+        return []
+    bench = Bench(engine, fit)
+    if ties:
+        parts = []
+        for cause in ties[:MOST_TIES]:
+            tied = [r for r in found[cause] if r.is_tied]
+            fits = {cause: fit} | {r.effect: r.fit for r in tied[: MOST - 1]}
+            parts.append(best_of(bench, fits, (cause, *(r.effect for r in tied))))
+        return [e for part in parts for e in part]
+    return narrowing(bench, fit, wide[0])
+
+
+def is_wide(asserted: Asserted, fit: Fit) -> bool:
+    """Tell whether the interval of a cause says little of its size."""
+    knobs = {k.key for k in fit.knobs}
+    for key in asserted.cause.keys:
+        figure = asserted.figures.get(key.rpartition(".")[2])
+        if figure is None or asserted.cause.profiles or key not in knobs:
+            continue
+        departs = abs(figure.value - neutral_of(key))
+        if 0.5 * (figure.high - figure.low) > WIDE * departs:
+            return True
+    return False
+
+
+def neutral_of(key: str) -> float:
+    """Value of a figure at which its effect vanishes; 0 where that is infinite."""
+    _, name, param = key.split(".")
+    effect = EFFECTS.get(name)
+    found = [p.neutral for p in effect.params if p.name == param] if effect else []
+    return found[0] if found and isfinite(found[0]) else 0.0
+
+
+def best_of(
+    bench: Bench, tied: Mapping[str, Fit], names: tuple[str, ...]
+) -> list[Experiment]:
+    """Return the runs that tell a tie apart, by the nats of the hardest pair.
+
+    The best one even if it tells little.
+    """
+    driven = [d for d in bench.engine.pool.map(bench.drive(tied), bench.runs) if d]
+    driven.sort(key=lambda d: -d.most)
+    found: list[Experiment] = []
+    for one in driven:
+        if len(found) >= SHOWN and one.most <= found[SHOWN - 1].expected_nats.least:
+            break
+        nats, run = bench.nats(one, tied), one.run
+        found.append(Experiment(run.words, names, nats, run.seconds, run))
+        found.sort(key=lambda e: (-e.expected_nats.least, e.time_s))
+    return [e for k, e in enumerate(found) if not k or e.expected_nats.least > ENOUGH][
+        :SHOWN
+    ]
+
+
+def narrowing(bench: Bench, fit: Fit, wide: Asserted) -> list[Experiment]:
+    """Return the runs that narrow a cause's interval most, in nats of its width."""
+
+    def one(run: Run) -> Experiment | None:
+        try:
+            gain = bench.narrows(run, fit, wide.cause.keys)
+        except InputError:
+            return None
+        return Experiment(
+            run.words, (wide.cause.effect,), Nats(gain, ()), run.seconds, run
+        )
+
+    found = [e for e in map(one, bench.runs) if e is not None]
+    found = [e for e in found if e.expected_nats.least > 0.5 * log(2)]
+    found.sort(key=lambda e: (-e.expected_nats.least, e.time_s))
+    return found[:SHOWN]

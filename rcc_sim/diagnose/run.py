@@ -19,11 +19,12 @@ from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.candidates import candidates_for
 from rcc_sim.diagnose.compete import Cause, Explanation, compete
 from rcc_sim.diagnose.engine import Engine, Fit
-from rcc_sim.diagnose.experiment import next_experiments
+from rcc_sim.diagnose.experiment import Experiment, next_experiments
 from rcc_sim.diagnose.hold_out import Shrink, halves, hold_out, shrink_of
 from rcc_sim.diagnose.knobs import BIAS, RADIUS, figures_of
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.remainder import Remainder, remainder
+from rcc_sim.diagnose.ties import settled
 from rcc_sim.diagnose.verdict import (
     INTERVAL,
     Asserted,
@@ -67,6 +68,8 @@ class Diagnosis:
         Proof on rows that no fit saw.
     energy_after : float
         Energy gap on such rows with the mended vehicle. [% of the measured]
+    experiments : tuple of Experiment
+        Runs that would settle what is tied, or wide; best first.
     """
 
     vehicle: Vehicle
@@ -78,6 +81,7 @@ class Diagnosis:
     left: Remainder
     shrink: Shrink
     energy_after: float | None
+    experiments: tuple[Experiment, ...] = ()
 
     def document(self) -> dict[str, Any]:
         """Return what ``--json`` prints."""
@@ -105,7 +109,7 @@ class Diagnosis:
                 "energy_gap_percent_after": self.energy_after,
             },
             "unexplained": unexplained,
-            "next_experiment": [asdict(e) for e in self.next_experiments()],
+            "next_experiment": [e.document() for e in self.experiments],
             "findings": [asdict(f) for f in first.findings],
         }
 
@@ -124,13 +128,6 @@ class Diagnosis:
             "explains": min(max(gain, 0.0) / most, 1.0),
             "nats": a.cause.gain,
         }
-
-    def next_experiments(self) -> list[Any]:
-        """Return the runs that would settle what is tied."""
-        for a in self.asserted:
-            if a.cause.tied:
-                return next_experiments([a.cause.effect, *a.cause.tied])
-        return []
 
     def figures(self) -> dict[str, Figure]:
         """Stated figures that the logs moved within their sds, with intervals."""
@@ -216,7 +213,8 @@ def diagnose(
     gaps = tuple(gap(one, vehicle, repeats=repeats) for one in logs)
     problems = [problem_of(one.log, vehicle) for one in logs]
     engine = Engine(problems)
-    found = compete(engine, candidates_for(problems, candidates), told)
+    able = candidates_for(problems, candidates)
+    found = compete(engine, able, told)
     told("what is left")
     constant = {c.effect: c.keys for c in found.causes if not c.profiles}
     left = remainder(found.engine, found.fit, constant)
@@ -225,14 +223,21 @@ def diagnose(
     if len(causes) < len(found.causes):
         fit, acting = _only(engine, found, causes)
         left = max(left, remainder(acting, fit), key=lambda r: r.evidence)
+    told("what these logs cannot tell apart")
+    known = settled(acting, fit, causes, able)
+    if known.fit is not fit:
+        left = remainder(acting, known.fit)
+    fit, causes = known.fit, known.causes
     told("proof on held-out rows")
     shrink, energy = _proof(acting, engine, fit, holdouts, vehicle)
     asserted = tuple(
         Asserted(c, probability(c, left), estimates(fit, c)) for c in causes
     )
+    told("which run to drive next")
+    runs = tuple(next_experiments(acting, fit, asserted, known.rivals))
     return Diagnosis(
         vehicle, gaps, status_of(causes, left), asserted, found, fit, left, shrink,
-        energy,
+        energy, runs,
     )  # fmt: skip
 
 

@@ -1,0 +1,296 @@
+r"""Nats by which a run tells hypotheses apart.
+
+The run is driven by the vehicle under each hypothesis at its fitted
+strength. If A is true, the run speaks against B by
+
+.. math:: d_{AB} = \tfrac12 \, \Delta^T (I + A_B C_B A_B^T)^{-1} \Delta,
+          \qquad \Delta = W(y_A - y_B)
+
+nats, the expected logarithm of the odds: W whitens by the noise learnt from the log,
+A_B are the signals of B's figures, and C_B is what the log left open of them, so that
+whatever can give way does. [1]_
+
+References
+----------
+.. [1] W. G. Hunter and A. M. Reiner, "Designs for discriminating between two rival
+       models," Technometrics 7 (1965) 307; the figures marginalised as Gaussians.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import permutations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rcc_sim.diagnose.engine import Engine, Fit
+from rcc_sim.diagnose.knobs import BIAS, Knob, figures_of
+from rcc_sim.diagnose.menu import (
+    ON_STAND,
+    STAND,
+    Leg,
+    Run,
+    at_place,
+    level_column,
+    limits_of,
+    menu,
+)
+from rcc_sim.diagnose.noise import Whitener, local_range
+from rcc_sim.diagnose.problem import Problem
+from rcc_sim.diagnose.ties import CURVATURE
+from rcc_sim.diagnose.verdict import INTERVAL
+from rcc_sim.errors import InputError
+from rcc_sim.simulate.replay import drive_of, replay
+from rcc_sim.trace import Trace
+
+Array = NDArray[np.float64]
+
+WHEELS_SD = 0.5
+"""By how much the inertia of the wheels may be off, as a share of it."""
+
+FIRST = f"{BIAS}0."
+"""Key of an offset in the first log."""
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Nats by which a run is expected to tell two effects apart, whichever is true."""
+
+    a: str
+    b: str
+    nats: float
+
+
+@dataclass(frozen=True)
+class Nats:
+    """What a run is expected to tell: of each pair, and of the hardest."""
+
+    least: float
+    pairs: tuple[Pair, ...]
+
+
+@dataclass(frozen=True)
+class Driven:
+    """A run driven under each hypothesis.
+
+    Parameters
+    ----------
+    run : Run
+        What was driven.
+    logs : dict
+        Hypothesis -> the log of each leg if it is true.
+    apart : dict
+        What the one and the other predict apart on the logs of the one, whitened.
+    """
+
+    run: Run
+    logs: dict[str, list[Problem]]
+    apart: dict[tuple[str, str], Array]
+
+    @property
+    def most(self) -> float:
+        """Nats that the hardest pair cannot exceed, as if no figure gave way."""
+        least = min(float(d @ d) for d in self.apart.values())
+        return 0.5 * CURVATURE * self.run.times * least
+
+
+class Bench:
+    """Drives runs with the vehicle of a log, as its sensors would see them."""
+
+    def __init__(self, engine: Engine, fit: Fit) -> None:
+        self.engine = engine
+        problem = engine.problems[0]
+        self.vehicle, self.window = problem.vehicle, problem.drive.window
+        self.channels = problem.channels
+        self.level = level_column(problem)
+        self.steered = problem.drive.steered
+        self.row = float(np.median(np.diff(problem.log["time_s"])))
+        self.noise = fit.noise[: len(self.channels)]  # of the first log
+        self.scales = [
+            scale_of(w, [problem.speed, local_range(problem.nominal[c])])
+            for w, c in zip(self.noise, self.channels, strict=True)
+        ]
+        self.runs = menu(problem, limits_of(problem), self.row)
+
+    def drive(self, tied: Mapping[str, Fit]) -> Callable[[Run], Driven | None]:
+        """Return what drives a run under each of some fits."""
+
+        def drive(run: Run) -> Driven | None:
+            try:
+                logs = {
+                    a: [self.leg(run, leg, f) for leg in run.legs]
+                    for a, f in tied.items()
+                }
+                apart = {
+                    (a, b): self.change(run, logs[a], tied[a].values, tied[b].values)
+                    for a, b in permutations(tied, 2)
+                }
+            except InputError:  # a run that no such vehicle can drive
+                return None
+            return Driven(run, logs, apart)
+
+        return drive
+
+    def nats(self, driven: Driven, tied: Mapping[str, Fit]) -> Nats:
+        """Return by how much a run tells each two of some fits apart.
+
+        The signals of the figures that all have are taken from the first.
+        """
+        run, logs = driven.run, driven.logs
+        first = next(iter(tied))
+        shared = self.signals(run, tied[first], logs[first])
+        own = {
+            b: self.signals(
+                run, f, logs[first], [k for k in f.knobs if k.key not in shared]
+            )
+            for b, f in tied.items()
+        }
+        each: dict[tuple[str, str], float] = {}
+        for (a, b), d in driven.apart.items():
+            nats = CURVATURE * told(d, shared | own[b], tied[b], run.times)
+            pair = (min(a, b), max(a, b))
+            each[pair] = min(nats, each.get(pair, np.inf))
+        return Nats(
+            min(each.values()), tuple(Pair(a, b, x) for (a, b), x in each.items())
+        )
+
+    def narrows(self, run: Run, fit: Fit, keys: Sequence[str]) -> float:
+        """Return log of the ratio of the sd of figures before and after a run."""
+        A = self.signals(run, fit, [self.leg(run, leg, fit) for leg in run.legs])
+        before = precision(fit, A)
+        names, M = columns(fit, A)
+        after = before + run.times * CURVATURE * M.T @ M
+        places = [names.index(k) for k in keys]
+        ratio = [_variance(before, i) / _variance(after, i) for i in places]
+        return 0.5 * float(np.log(max(ratio)))
+
+    def leg(self, run: Run, leg: Leg, fit: Fit) -> Problem:
+        """Return the log of a leg, without noise, if a fit is the truth."""
+        columns = {"time_s": leg.time, self.level: leg.level}
+        if self.steered:
+            columns["steer_cmd_rad"] = leg.steer
+        settings = at_place(self.vehicle, figures_of(fit.values), run.where, leg.back)
+        first = drive_of(Trace(columns), self.vehicle, self.window)
+        out = replay(self.vehicle.changed(settings=settings), first)
+        seen = {c: out[c] for c in (*self.channels, "speed_mps", "yaw_rate_radps")}
+        log = Trace(seen | columns, name=run.do)
+        return Problem(self.vehicle, log, drive_of(log, self.vehicle, self.window))
+
+    def seen(
+        self, run: Run, leg: Leg, log: Problem, values: dict[str, float]
+    ) -> list[Array]:
+        """Return what some figures predict of a leg, channel by channel."""
+        settings = at_place(self.vehicle, figures_of(values), run.where, leg.back)
+        out = log.predict(settings, coarse=True)  # for differences alone
+        return [out[c] for c in self.channels]
+
+    def change(
+        self,
+        run: Run,
+        logs: Sequence[Problem],
+        a: dict[str, float],
+        b: dict[str, float],
+    ) -> Array:
+        """Return what other figures change, whitened, a channel of a leg at a time."""
+        parts = []
+        for leg, log in zip(run.legs, logs, strict=True):
+            pairs = zip(
+                self.seen(run, leg, log, b), self.seen(run, leg, log, a), strict=True
+            )
+            parts.append(self.white(log, [x - y for x, y in pairs]))
+        return np.concatenate(parts)
+
+    def white(self, log: Problem, tracks: Sequence[Array]) -> Array:
+        """Return changes of the channels in units of the log's noise."""
+        judged = dict(zip(log.channels, log.judged, strict=True))
+        parts = []
+        for c, w, shares, x in zip(
+            self.channels, self.noise, self.scales, tracks, strict=True
+        ):
+            parts_of = [np.ones(len(x)), log.speed**2, local_range(log.log[c]) ** 2]
+            scale = np.sqrt(shares @ np.stack(parts_of))
+            valid = judged.get(c, np.ones(len(x), bool)) & np.isfinite(x)
+            parts.append(replace(w, scale=scale, valid=valid)(np.nan_to_num(x)))
+        return np.concatenate(parts)
+
+    def signals(
+        self,
+        run: Run,
+        fit: Fit,
+        logs: Sequence[Problem],
+        knobs: Sequence[Knob] | None = None,
+    ) -> dict[str, Array]:
+        """Return the whitened signal of each knob of a fit in a run."""
+        wanted = list(fit.knobs if knobs is None else knobs)
+        if run.where == STAND:
+            wanted = [k for k in wanted if k.key != "body.mass_kg"]
+            if knobs is None:
+                wanted.append(Knob(ON_STAND, 1.0, WHEELS_SD, step=WHEELS_SD))
+        wanted = [
+            k for k in wanted if not k.key.startswith(BIAS) or k.key.startswith(FIRST)
+        ]
+
+        def one(k: Knob) -> Array:
+            if k.key.startswith(FIRST):
+                return self.offset(logs, k.key.removeprefix(FIRST))
+            x = fit.values.get(k.key, k.value)
+            h = k.stride if x + k.stride <= k.high else -k.stride
+            return self.change(run, logs, fit.values, {**fit.values, k.key: x + h}) / h
+
+        each = self.engine.pool.map(one, wanted)
+        return {k.key: signal for k, signal in zip(wanted, each, strict=True)}
+
+    def offset(self, logs: Sequence[Problem], column: str) -> Array:
+        """Return what an offset of one sensor changes."""
+        parts = []
+        for log in logs:
+            one = np.ones(len(log.speed))
+            parts.append(self.white(log, [one * (c == column) for c in self.channels]))
+        return np.concatenate(parts)
+
+
+def scale_of(noise: Whitener, grows_with: Sequence[Array]) -> Array:
+    """Return the shares of 1 and of squares whose sum is the square of a scale."""
+    X = np.stack([np.ones(len(noise.scale)), *(g**2 for g in grows_with)], axis=1)
+    unit = np.maximum(np.abs(X).max(axis=0), 1e-300)
+    found, *_ = np.linalg.lstsq(X / unit, noise.scale**2, rcond=1e-12)
+    shares: Array = np.maximum(found / unit, [1e-6, 0.0, 0.0])
+    return shares
+
+
+def columns(fit: Fit, signals: Mapping[str, Array]) -> tuple[list[str], Array]:
+    """Return names and signals: of the fit's knobs, then of offsets met anew."""
+    zero = np.zeros_like(next(iter(signals.values())))
+    names = [k.key for k in fit.knobs]
+    there = [zero if n.startswith(BIAS) else signals.get(n, zero) for n in names]
+    new = [n for n in signals if n.startswith(BIAS) or n == ON_STAND]
+    return names + new, np.stack(there + [signals[n] for n in new], axis=1)
+
+
+def precision(fit: Fit, signals: Mapping[str, Array]) -> Array:
+    """Return what is known beforehand of the figures that signals belong to."""
+    sds = {k.key: k.sd for k in fit.knobs} | {ON_STAND: WHEELS_SD}
+    new = [n for n in signals if n.startswith(BIAS) or n == ON_STAND]
+    size = len(fit.knobs)
+    P = np.zeros((size + len(new), size + len(new)))
+    P[:size, :size] = fit.information / INTERVAL**2
+    P[range(size, len(P)), range(size, len(P))] = [1 / sds[n] ** 2 for n in new]
+    return P
+
+
+def told(d: Array, signals: Mapping[str, Array], fit: Fit, times: int = 1) -> float:
+    """Nats that a difference is worth, seen some times, once the figures give way."""
+    _, A = columns(fit, signals)
+    N = precision(fit, signals) + times * A.T @ A
+    g = times * (A.T @ d)
+    unit = 1 / np.sqrt(np.diag(N) + 1e-300)
+    x = np.linalg.solve(N * np.outer(unit, unit) + 1e-10 * np.eye(len(N)), g * unit)
+    return max(0.5 * float(times * (d @ d) - (g * unit) @ x), 0.0)
+
+
+def _variance(P: Array, i: int) -> float:
+    unit = 1 / np.sqrt(np.diag(P) + 1e-300)
+    inverse = np.linalg.inv(P * np.outer(unit, unit) + 1e-10 * np.eye(len(P)))
+    return float(inverse[i, i] * unit[i] ** 2)

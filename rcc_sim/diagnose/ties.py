@@ -1,0 +1,297 @@
+r"""Which effects a log cannot tell from the one that is named.
+
+Each candidate that could stand in a cause's place is put there and fitted, every other
+figure giving way. Two hypotheses A and B are then told apart by
+
+.. math:: d_{AB} = \min_\theta \tfrac12 |W(y_A - y_B(\theta))|^2 + \pi_B(\theta) - \pi_A
+
+nats: what such a log would speak against B if A were true, W being the whitener of the
+noise and π the price of figures that leave what the file states. [1]_ What this log
+does say, the difference of the two log-posteriors, counts beyond what chance could
+bring about, judged from how it scatters from stretch to stretch. [2]_
+
+References
+----------
+.. [1] D. Jung, E. Frisk, M. Krysander, "Quantitative isolability analysis of different
+       fault modes", 2013; the expectation of a log-likelihood ratio.
+.. [2] Q. H. Vuong, "Likelihood ratio tests for model selection and non-nested
+       hypotheses," Econometrica 57 (1989) 307.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import inf
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rcc_sim.definitions.figure import Z_90
+from rcc_sim.diagnose.candidates import Candidate
+from rcc_sim.diagnose.compete import Cause
+from rcc_sim.diagnose.engine import MEMORY, Engine, Fit
+from rcc_sim.diagnose.knobs import nuisance_knobs
+from rcc_sim.diagnose.noise import FREEDOM, weights
+from rcc_sim.diagnose.refine import with_effect
+from rcc_sim.diagnose.screen import Screen, Screened
+from rcc_sim.errors import InputError
+
+Array = NDArray[np.float64]
+
+SAME = 3.0
+"""Nats below which two hypotheses predict the same log: odds of 20 to 1 (Jeffreys'
+"strong" begins there)."""
+
+NEAR = 0.3
+"""Share of a cause's nats that another must promise, to first order, to be tried; at
+another strength a signal may have another shape."""
+
+ALIKE = 0.6
+"""Share of a cause's nats that another must gain at its best strength to be fitted."""
+
+ROUNDS = 2
+"""Rounds of a fit that is still on its way, its signals found anew."""
+
+CURVATURE = (FREEDOM + 1) / (FREEDOM + 3)
+"""Fisher information of the t-distribution about its centre, its scale being 1."""
+
+
+@dataclass(frozen=True)
+class Rival:
+    """Another effect in a cause's place, fitted.
+
+    Parameters
+    ----------
+    screened : Screened
+        The effect and the strength that it takes.
+    fit : Fit
+        Every figure, under the noise of the cause's own fit.
+    behind : float
+        Nats of log-posterior by which it is behind the cause on these logs.
+    scatter : float
+        Standard deviation of that difference by chance.
+    apart : float
+        Nats by which such logs would tell it from the cause if the cause is true.
+    """
+
+    screened: Screened
+    fit: Fit
+    behind: float
+    scatter: float
+    apart: float
+
+    @property
+    def effect(self) -> str:
+        """Its id."""
+        return self.screened.candidate.effect
+
+    @property
+    def is_tied(self) -> bool:
+        """Whether these logs cannot tell it from the cause."""
+        return self.apart < SAME or self.behind < max(SAME, Z_90 * self.scatter)
+
+
+@dataclass(frozen=True)
+class Settled:
+    """The causes that do best, and what may stand in the place of each.
+
+    Parameters
+    ----------
+    fit : Fit
+        Tolerances and causes.
+    causes : list of Cause
+        Each with the effects that the logs cannot tell from it.
+    rivals : dict
+        Cause -> other effects in its place, nearest first.
+    """
+
+    fit: Fit
+    causes: list[Cause]
+    rivals: dict[str, list[Rival]]
+
+
+def settled(
+    engine: Engine, fit: Fit, causes: Sequence[Cause], candidates: Sequence[Candidate]
+) -> Settled:
+    """Put others in the place of each cause; keep what does best, and say what ties.
+
+    A cause that was taken in first, before the others were known, may have been taken
+    for another: where one in its place does better, it gives way. A cause that varies
+    over the drive stays as it is.
+
+    Parameters
+    ----------
+    engine : Engine
+        The logs, with the profiles found acting on them.
+    fit : Fit
+        Tolerances and all causes.
+    causes : sequence of Cause
+        What is asserted.
+    candidates : sequence of Candidate
+        Effects that could act.
+    """
+    causes, found = list(causes), {}
+    for i, cause in enumerate(causes):
+        if cause.profiles:
+            continue
+        named = {c.effect for c in causes}
+        others = [c for c in candidates if c.effect not in named]
+        mine = rivals_of(engine, fit, cause.keys, others)
+        if mine and mine[0].behind < -SAME:
+            best = mine[0]
+            keys = tuple(best.screened.values)
+            causes[i] = replace(
+                cause, effect=best.effect, keys=keys, gain=cause.gain - best.behind
+            )
+            fit = engine.fit(best.fit.values, best.fit.knobs)
+            named = {c.effect for c in causes}
+            others = [c for c in candidates if c.effect not in named]
+            mine = rivals_of(engine, fit, keys, others)
+        found[causes[i].effect] = mine
+    return Settled(fit, with_ties(causes, found), found)
+
+
+def with_ties(
+    causes: Sequence[Cause], found: Mapping[str, Sequence[Rival]]
+) -> list[Cause]:
+    """Return the causes, each with the effects that the logs cannot tell from it."""
+    out = []
+    for cause in causes:
+        if cause.effect not in found:
+            out.append(cause)
+            continue
+        mine = found[cause.effect]
+        tied = tuple(r.effect for r in mine if r.is_tied)
+        clear = min((r.behind for r in mine if not r.is_tied), default=cause.gain)
+        out.append(replace(cause, tied=tied, rival=max(cause.gain - clear, 0.0)))
+    return out
+
+
+def rivals_of(
+    engine: Engine, fit: Fit, keys: Sequence[str], candidates: Sequence[Candidate]
+) -> list[Rival]:
+    """Return each candidate that may stand in place of some figures, nearest first.
+
+    Parameters
+    ----------
+    keys : sequence of str
+        Figures of the cause in whose place they stand.
+    """
+    base = without(engine, fit, keys)
+    screen = Screen(engine, base)
+    own, _ = promise(screen, {k: fit.values[k] for k in keys})
+
+    hopes = engine.pool.map(lambda c: hope(screen, c), candidates)
+    close = [c for c, nats in zip(candidates, hopes, strict=True) if nats > NEAR * own]
+    screened = [s for s in engine.pool.map(screen.best, close) if s.gain > ALIKE * own]
+    along = engine.whitened(base.signals, fit.noise)
+    fits = engine.pool.map(
+        lambda one: with_effect(engine, base, one, fit.noise, along), screened
+    )
+    found = [
+        against(engine, fit, one, other)
+        for one, other in zip(screened, fits, strict=True)
+    ]
+    return sorted(found, key=lambda r: r.behind)
+
+
+def against(engine: Engine, fit: Fit, screened: Screened, other: Fit) -> Rival:
+    """Hold another effect's fit against the cause's own.
+
+    One that should come nearer than it is, to first order, is fitted on.
+    """
+    far = apart(engine, fit, other)
+    behind = fit.score - other.score
+    if far < min(behind, Z_90 * scatter(engine, fit, other)) - 1:
+        on = engine.improve(other, rounds=ROUNDS)
+        if on.score > other.score:
+            other, behind = on, fit.score - on.score
+            far = apart(engine, fit, other)
+    return Rival(screened, other, behind, scatter(engine, fit, other), far)
+
+
+def without(engine: Engine, fit: Fit, keys: Sequence[str]) -> Fit:
+    """Return a fit with some figures back at what the file states, the rest held.
+
+    A figure that the file states with a tolerance keeps that tolerance.
+    """
+    stated = {k.key: k for k in nuisance_knobs(engine.problems)}
+    kept = [
+        (j, stated[k.key] if k.key in keys else k)
+        for j, k in zip(fit.signals, fit.knobs, strict=True)
+        if k.key not in keys or k.key in stated
+    ]
+    values = {k: x for k, x in fit.values.items() if k not in keys}
+    values |= {k: stated[k].value for k in keys if k in stated}
+    base = engine.evaluate(values, [k for _, k in kept], fit.noise)
+    return replace(base, signals=[j for j, _ in kept])
+
+
+def hope(screen: Screen, candidate: Candidate) -> float:
+    """Nats that a candidate promises at a likely strength, or where that leads to."""
+    best = 0.0
+    for search in candidate.searches:
+        start = screen.base.values.get(search.key, search.neutral)
+        for x in search.grid or (search.first,):
+            nats, times = promise(screen, {search.key: x})
+            best = max(best, nats)
+            if not search.grid and 0 < times < inf:
+                x = min(max(start + times * (x - start), search.low), search.high)
+                best = max(best, promise(screen, {search.key: x})[0])
+    return best
+
+
+def promise(screen: Screen, values: dict[str, float]) -> tuple[float, float]:
+    """Nats that a change would gain if its signal only grew, and by what factor."""
+    try:
+        d = screen.signal(values)
+    except InputError:  # a strength that no such vehicle can have
+        return 0.0, 0.0
+    size, along = float(d @ d), -float(screen.left @ d)
+    return (0.5 * along**2 / size, along / size) if size > 0 else (0.0, 0.0)
+
+
+def apart(engine: Engine, true: Fit, other: Fit) -> float:
+    """Nats by which a log of the one would speak against the other, refitted to it."""
+    pairs = zip(other.residuals, true.residuals, strict=True)
+    d = engine.white([a - b for a, b in pairs], true.noise)
+    free = [
+        (j, k)
+        for j, k in zip(other.signals, other.knobs, strict=True)
+        if k.low < other.values[k.key] < k.high
+    ]
+    A = np.column_stack([engine.white(j, true.noise) for j, _ in free])
+    sd = np.array([k.sd for _, k in free])
+    off = np.array([(other.values[k.key] - k.value) / k.sd for _, k in free])
+    root = np.sqrt(CURVATURE)
+    return max(least_squares(root * A, root * d, sd, off) + true.prior, 0.0)
+
+
+def least_squares(A: Array, d: Array, sd: Array, off: Array) -> float:
+    """Half the least square of d + A x, and of (off + x / sd), over all x."""
+    unit = 1 / np.sqrt((A**2).sum(0) + 1 / sd**2 + 1e-300)
+    N = (A.T @ A + np.diag(1 / sd**2)) * np.outer(unit, unit)
+    g = (A.T @ d + off / sd) * unit
+    x = np.linalg.solve(N + 1e-9 * np.eye(len(N)), g)
+    return 0.5 * float(d @ d + off @ off - g @ x)
+
+
+def scatter(engine: Engine, one: Fit, other: Fit) -> float:
+    """Standard deviation of the difference of two log-likelihoods, by chance.
+
+    The difference is the expected one and the noise times what the two predict apart.
+    Whitened rows still depend on each other where the model errs; sums over stretches
+    longer than the noise remembers do not.
+    """
+    sums: dict[tuple[int, int], float] = {}
+    for (log, _), w, a, b in zip(
+        engine.tracks, one.noise, one.residuals, other.residuals, strict=True
+    ):
+        noise = w(a)
+        chance = weights(noise) * noise * (w(b) - noise)
+        t = engine.problems[log].log["time_s"]
+        stretch = ((t - t[0]) / MEMORY).astype(int)[w.valid]
+        for k, x in enumerate(np.bincount(stretch, chance)):
+            sums[log, k] = sums.get((log, k), 0.0) + float(x)
+    return float(np.linalg.norm(list(sums.values())))

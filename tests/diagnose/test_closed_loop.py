@@ -1,0 +1,76 @@
+"""A tie is told, a run proposed; driven, it leaves the right effect alone."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rcc_sim.analyse.logged import open_log
+from rcc_sim.blind import bases, drives, sensors, worth
+from rcc_sim.blind.case import logged_columns
+from rcc_sim.blind.make import packed
+from rcc_sim.blind.nominal import vehicle_text
+from rcc_sim.blind.plant import CLOCK
+from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose.deliver import write_next_run
+from rcc_sim.diagnose.run import diagnose
+from rcc_sim.trace import read_trace
+
+SHARE = 0.25
+"""Of the mass: what is on board, or what the rotor adds to it on a straight."""
+
+CAR = replace(bases.BASES[0], J=0.0)
+STRAIGHT = 45.0  # s
+
+
+def truth(effect):
+    p = bases.truth(CAR, CAR.r_w)
+    if effect == "payload":
+        return p._replace(m=p.m * (1 + SHARE), I_z=p.I_z * (1 + SHARE))
+    return p._replace(J=SHARE * p.m / p.n**2)
+
+
+def driven(p, speed, steer, path, seed):
+    """Drive the plant over commands on its clock; write what its sensors see."""
+    how = drives.TIMING["rc"]
+    rng = np.random.default_rng(seed)
+    dt = how.tick / how.substeps
+    per_row = round(how.row / dt)
+    rows = np.arange(per_row // 2, round((len(speed) - 1) * CLOCK / dt), per_row)
+    rough = drives.rough_road(len(speed), 0.03, 0.5, rng)
+    level = np.zeros(2)
+    drive = drives.Drive(speed, steer, rough, level, 5.0, np.zeros(1), rows)
+    out, _ = worth.fine(p, drive, "rc")
+    read = sensors.sensed("rc", out, sensors.constants("rc", rng), rng)
+    keep = np.ones(len(rows), bool)
+    path.write_bytes(packed(logged_columns("rc", rows * dt, read, keep, drive, True)))
+    return path
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("true", "other"), [("payload", "rotor_inertia"), ("rotor_inertia", "payload")]
+)
+def test_the_proposed_run_breaks_the_tie_whichever_is_true(true, other, tmp_path):
+    (tmp_path / "car.toml").write_text(vehicle_text("car", CAR, ()))
+    car, p = load_vehicle(tmp_path / "car.toml"), truth(true)
+    speed = drives.speed_programme(CAR, "track", np.random.default_rng(3))
+    speed = speed[: round(STRAIGHT / CLOCK)]
+    first = driven(p, speed, 0 * speed, tmp_path / "first.csv.gz", 1)
+    found = diagnose([open_log(str(first), car)], car)
+    cause = found.asserted[0].cause
+    assert {cause.effect, *cause.tied} >= {true, other}
+    best = next(e for e in found.experiments if e.run.is_commanded)
+    assert best.expected_nats.least > 10.0
+
+    write_next_run(found, tmp_path / "next_run.csv")
+    commands = read_trace(str(tmp_path / "next_run.csv"))
+    clock = np.arange(0.0, commands["time_s"][-1], CLOCK)
+    speed, steer = (
+        np.interp(clock, commands["time_s"], commands[c])
+        for c in ("speed_ref_mps", "steer_cmd_rad")
+    )
+    second = driven(p, speed, steer, tmp_path / "second.csv.gz", 2)
+    again = diagnose([open_log(str(log), car) for log in (first, second)], car)
+    assert [a.cause.effect for a in again.asserted] == [true]
+    assert again.asserted[0].cause.tied == ()

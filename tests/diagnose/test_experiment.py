@@ -1,0 +1,120 @@
+"""What a proposed run would tell, and that it stays within what the log shows."""
+
+import numpy as np
+import pytest
+
+from rcc_sim.diagnose.bench import Bench
+from rcc_sim.diagnose.engine import Engine
+from rcc_sim.diagnose.experiment import best_of
+from rcc_sim.diagnose.knobs import Knob, nuisance_knobs
+from rcc_sim.diagnose.menu import limits_of, menu
+from tests.diagnose.test_ties import logged
+
+ROW = 0.02
+GRADE = "effects.road_grade.slope"
+ROLL = "effects.rolling_resistance.coefficient"
+LOAD = "effects.payload.mass_kg"
+ROTOR = "effects.rotor_inertia.inertia_kgm2"
+
+
+def fitted(engine, key, value):
+    knobs = [k for k in nuisance_knobs(engine.problems) if k.key != key]
+    return engine.fit({key: value}, [*knobs, Knob(key, value, step=0.02 * abs(value))])
+
+
+@pytest.fixture(scope="module")
+def heavy():
+    """Payload against rotor inertia, on a log that only goes straight."""
+    car, problem = logged({LOAD: 0.9})
+    engine = Engine([problem])
+    n = car.drivetrain.gear_ratio.value / car.tyres.radius_m.value
+    stated = car.figures()[ROTOR].value
+    fit = fitted(engine, LOAD, 0.9)
+    return Bench(engine, fit), {
+        "payload": fit,
+        "rotor_inertia": fitted(engine, ROTOR, stated + 0.9 / n**2),
+    }
+
+
+def told(bench, tied, words):
+    run = next(r for r in bench.runs if words in r.do)
+    driven = bench.drive(tied)(run)
+    assert driven is not None
+    return bench.nats(driven, tied).least
+
+
+def test_every_run_stays_within_the_speed_and_the_cornering_of_the_log():
+    car, problem = logged({}, steered=True)
+    limits = limits_of(problem)
+    for run in menu(problem, limits, ROW):
+        for leg in run.legs:
+            across = leg.level**2 * np.tan(np.abs(leg.steer)) / car.wheelbase
+            assert leg.level.max() <= problem.speed.max() + 1e-9
+            assert np.abs(leg.steer).max() <= np.abs(problem.log["steer_cmd_rad"]).max()
+            assert across.max() <= 1.6 * limits.lateral
+        assert run.commands.time[-1] == pytest.approx(run.seconds, abs=1.0) or (
+            not run.is_commanded
+        )
+
+
+def test_a_car_whose_motor_brakes_is_not_asked_to_coast():
+    car, problem = logged({})
+    free = {"effects.regeneration_limit.max_current_a": 0.0}
+    coasting = problem_with(car.changed(settings=free), problem)
+    words = [r.do for r in menu(coasting, limits_of(coasting), ROW)]
+    assert any("coast" in w for w in words)
+    braking = problem_with(
+        car.changed(settings={"effects.regeneration_limit.max_current_a": 20.0}),
+        problem,
+    )
+    words = [r.do for r in menu(braking, limits_of(braking), ROW)]
+    assert not any("coast" in w for w in words)
+
+
+def problem_with(vehicle, problem):
+    from rcc_sim.diagnose.run import problem_of
+
+    return problem_of(problem.log, vehicle)
+
+
+def test_standing_still_tells_nothing_of_masses_and_a_stand_much(heavy):
+    bench, tied = heavy
+    still = told(bench, tied, "stand still")
+    stand = told(bench, tied, "off the ground")
+    straight = told(bench, tied, "hold six speeds")
+    assert still < 0.01
+    assert stand > 5.0
+    assert stand > 3 * straight
+
+
+def test_a_run_tells_a_hypothesis_and_itself_apart_by_nothing(heavy):
+    bench, tied = heavy
+    same = {"a": tied["payload"], "b": tied["payload"]}
+    assert told(bench, same, "speed up") == pytest.approx(0.0, abs=1e-6)
+
+
+def test_the_best_runs_come_first_and_none_left_out_would_tell_more(heavy):
+    bench, tied = heavy
+    best = best_of(bench, tied, tuple(tied))
+    least = [e.expected_nats.least for e in best]
+    assert least == sorted(least, reverse=True)
+    left = [r for r in bench.runs if r.words not in {e.do for e in best}]
+    for run in left[:4]:
+        driven = bench.drive(tied)(run)
+        assert driven is None or bench.nats(driven, tied).least <= least[-1] + 1e-6
+    document = best[0].document()
+    assert document["separates"] == ["payload", "rotor_inertia"]
+    assert document["expected_nats"]["least"] == least[0]
+    assert document["time_s"] > 0
+
+
+def test_a_slope_and_a_drag_are_told_apart_by_coming_back():
+    _, problem = logged({ROLL: 0.02})
+    engine = Engine([problem])
+    fit = fitted(engine, ROLL, 0.02)
+    tied = {"rolling_resistance": fit, "road_grade": fitted(engine, GRADE, 0.02)}
+    bench = Bench(engine, fit)
+    back = told(bench, tied, "out and back")
+    straight = told(bench, tied, "hold six speeds")
+    assert back > 20.0
+    assert back > 5 * straight

@@ -1,0 +1,136 @@
+"""Ties are told by what the hypotheses predict, not by their names."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose.candidates import candidates_for
+from rcc_sim.diagnose.compete import Cause
+from rcc_sim.diagnose.engine import Engine
+from rcc_sim.diagnose.knobs import Knob, nuisance_knobs
+from rcc_sim.diagnose.run import problem_of
+from rcc_sim.diagnose.ties import (
+    CURVATURE,
+    Rival,
+    apart,
+    least_squares,
+    rivals_of,
+    settled,
+    with_ties,
+    without,
+)
+from rcc_sim.simulate.replay import drive_of, replay
+from rcc_sim.trace import Trace
+
+SEEN = (
+    *("speed_mps", "yaw_rate_radps", "accel_x_mps2", "accel_y_mps2"),
+    *("motor_current_a", "battery_voltage_v", "battery_current_a"),
+)
+NOISE = (0.0026, 0.015, 0.25, 0.25, 0.26, 0.015, 0.06)
+DRAG = ("rolling_resistance", "drivetrain_friction", "aerodynamic_drag")
+KEY = "effects.rolling_resistance.coefficient"
+
+
+def logged(true, *, steered=False, seed=1):
+    """Return the shipped car and a log of it, with noise, where ``true`` acts."""
+    car = load_vehicle("rcc")
+    car = car.changed(settings={"body.mass_kg": {"value": 3.78, "sd": 0.02}})
+    rng = np.random.default_rng(seed)
+    t = np.arange(0.0, 40.0, 0.02)
+    v = np.interp(
+        t, [0, 2, 5, 10, 14, 20, 22, 30, 34, 40], [0, 0, 4, 4, 2, 2, 5, 5, 0, 0]
+    )
+    steer = 0.05 * np.sin(2.0 * t) * (v > 1) if steered else np.zeros(len(t))
+    commands = {"time_s": t, "speed_ref_mps": v, "steer_cmd_rad": steer}
+    out = replay(car.changed(settings=true), drive_of(Trace(commands), car, 0.02))
+    seen = {
+        c: out[c] + sd * rng.standard_normal(len(t))
+        for c, sd in zip(SEEN, NOISE, strict=True)
+    }
+    return car, problem_of(Trace(commands | seen, name="log"), car)
+
+
+@pytest.fixture(scope="module")
+def rolling():
+    """An engine whose log rolls too hard, and the fit that says so."""
+    _, problem = logged({KEY: 0.02})
+    engine = Engine([problem])
+    able = candidates_for([problem])
+    knobs = [*nuisance_knobs([problem]), Knob(KEY, 0.02, low=0.0, step=4e-4)]
+    return engine, engine.fit({KEY: 0.02}, knobs), able
+
+
+def test_two_constant_drags_on_a_level_road_are_tied_and_air_is_not(rolling):
+    engine, fit, able = rolling
+    some = [c for c in able if c.effect in DRAG[1:]]
+    found = {r.effect: r for r in rivals_of(engine, fit, [KEY], some)}
+    assert found["drivetrain_friction"].is_tied
+    bare = without(engine, fit, [KEY])
+    assert found["drivetrain_friction"].apart < 0.02 * (fit.score - bare.score)
+    air = found.get("aerodynamic_drag")
+    assert air is None or not air.is_tied
+
+
+def test_a_cause_in_the_wrong_place_gives_way_to_the_one_that_does_better(rolling):
+    engine, fit, able = rolling
+    key = "effects.aerodynamic_drag.drag_area_m2"
+    knobs = [k for k in fit.knobs if k.key != KEY] + [
+        Knob(key, 0.05, low=0.0, step=1e-3)
+    ]
+    values = {k: x for k, x in fit.values.items() if k != KEY}
+    wrong = engine.fit(values | {key: 0.05}, knobs)
+    cause = Cause("aerodynamic_drag", (key,), 50.0, 0.0)
+    some = [c for c in able if c.effect in DRAG]
+    now = settled(engine, wrong, [cause], some)
+    assert now.causes[0].effect in DRAG[:2]
+    assert set(now.causes[0].tied) == set(DRAG[:2]) - {now.causes[0].effect}
+    assert now.fit.score > wrong.score
+
+
+def test_a_fit_is_not_told_apart_from_itself(rolling):
+    engine, fit, _ = rolling
+    assert apart(engine, fit, fit) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_difference_that_nothing_can_take_up_is_worth_half_its_square(rolling):
+    engine, fit, _ = rolling
+    other = replace(
+        fit,
+        residuals=[e + np.where(np.arange(len(e)) % 2, 1, -1) * 0.05 * w.sigma * w.scale
+                   for e, w in zip(fit.residuals, fit.noise, strict=True)],
+    )  # fmt: skip
+    pairs = zip(other.residuals, fit.residuals, strict=True)
+    d = engine.white([a - b for a, b in pairs], fit.noise)
+    whole = 0.5 * CURVATURE * float(d @ d)
+    assert 0.9 * whole < apart(engine, fit, other) <= whole + 1e-9
+
+
+def test_least_squares_is_numpys_with_the_priors_as_rows():
+    rng = np.random.default_rng(2)
+    A, d = rng.standard_normal((50, 3)), rng.standard_normal(50)
+    sd, off = np.array([0.5, np.inf, 2.0]), np.array([0.3, 0.0, -0.2])
+    rows = np.vstack([A, np.diag(1 / sd)])
+    y = np.concatenate([d, off])
+    x, *_ = np.linalg.lstsq(rows, -y, rcond=None)
+    assert least_squares(A, d, sd, off) == pytest.approx(
+        0.5 * float(((y + rows @ x) ** 2).sum()), rel=1e-6
+    )
+
+
+@pytest.mark.parametrize(
+    ("behind", "scatter", "apart", "tied"),
+    [(2.0, 0.5, 9.0, True), (20.0, 1.0, 2.0, True), (10.0, 8.0, 9.0, True),
+     (10.0, 2.0, 9.0, False)],
+)  # fmt: skip
+def test_a_tie_is_near_here_or_would_be_near_in_any_such_log(
+    behind, scatter, apart, tied
+):
+    one = Rival(None, None, behind, scatter, apart)  # type: ignore[arg-type]
+    assert one.is_tied == tied
+
+
+def test_a_cause_that_varies_keeps_what_it_was_said_to_be():
+    cause = Cause("road_grade", ("effects.road_grade.slope",), 90.0, 3.0, ("headwind",))
+    assert with_ties([cause], {}) == [cause]
