@@ -8,7 +8,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rcc_sim.cli.complete import effect_names, vehicle_names
+from rcc_sim.cli.complete import effect_names
+from rcc_sim.cli.logs import (
+    Hide,
+    Map,
+    Model,
+    Reader,
+    Repeats,
+    tell_notes,
+    write_page,
+)
 from rcc_sim.cli.output import Csv, Json, Output, atomic, emit, say
 
 if TYPE_CHECKING:
@@ -30,10 +39,7 @@ def diagnose(
     logs: Annotated[
         list[str], typer.Argument(help="Logs of one vehicle, all explained at once.")
     ],
-    vehicle: Annotated[
-        str,
-        typer.Option(help="The model: a name or file.", autocompletion=vehicle_names),
-    ],
+    vehicle: Model,
     withhold: Annotated[
         list[str] | None,
         typer.Option(
@@ -42,10 +48,7 @@ def diagnose(
             autocompletion=effect_names,
         ),
     ] = None,
-    hide: Annotated[
-        list[str] | None,
-        typer.Option(help="Leave a logged column out; repeatable.", metavar="COLUMN"),
-    ] = None,
+    hide: Hide = None,
     candidates: Annotated[
         list[str] | None,
         typer.Option(
@@ -58,20 +61,9 @@ def diagnose(
         list[str] | None,
         typer.Option(help="A log that is only judged; repeatable.", metavar="LOG"),
     ] = None,
-    repeats: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="Another log of the same drive, to know the noise by; repeatable.",
-            metavar="LOG",
-        ),
-    ] = None,
-    reader: Annotated[
-        str | None, typer.Option(help="Force a reader; the file tells otherwise.")
-    ] = None,
-    map_: Annotated[
-        str | None,
-        typer.Option("--map", help="Column map: a TOML file or a shipped name."),
-    ] = None,
+    repeats: Repeats = None,
+    reader: Reader = None,
+    map_: Map = None,
     write_vehicle: Annotated[
         Path | None,
         typer.Option(help="Write the mended vehicle.", metavar="F.toml"),
@@ -105,7 +97,9 @@ def diagnose(
     )  # fmt: skip
     _write(found, write_vehicle, profiles, next_run)
     if html is not None:
-        _page(found, html, [*logs, vehicle])
+        from rcc_sim.report.diagnosis_page import diagnosis_page
+
+        write_page(diagnosis_page(found, [*logs, vehicle]), html)
     _deliver(found, output, csv=csv, json=json)
 
 
@@ -149,16 +143,6 @@ def _found(
         )
 
 
-def _page(found: Diagnosis, path: Path, inputs: list[str]) -> None:
-    from rcc_sim.report.diagnosis_page import diagnosis_page
-    from rcc_sim.report.html import write_html
-
-    page = diagnosis_page(found, inputs)
-    with atomic(path) as file:
-        write_html(page, file)
-    say(f"wrote {path}")
-
-
 def _write(
     found: Diagnosis,
     vehicle: Path | None,
@@ -182,15 +166,14 @@ def _write(
 def _deliver(found: Diagnosis, output: Path | None, *, csv: bool, json: bool) -> None:
     from rcc_sim.diagnose.deliver import screen
 
-    for finding in found.document()["findings"]:
-        if finding["severity"] != "info":
-            say(f"note: {finding['channel']} {finding['what']}; {finding['action']}")
+    tell_notes(found.gaps[0].findings)
     if output is None and sys.stdout.isatty() and not (json or csv):
         for line in screen(found):
             typer.echo(line)
         return
+    document = found.document()
     rows = [
         {k: v for k, v in row.items() if not isinstance(v, dict | list)}
-        for row in found.document()["ranking"]
+        for row in document["ranking"]
     ]
-    emit(found.document(), rows, json=json, csv=csv, output=output)
+    emit(document, rows, json=json, csv=csv, output=output)

@@ -8,8 +8,18 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rcc_sim.cli.complete import vehicle_names
-from rcc_sim.cli.output import Csv, Json, Output, atomic, emit, say
+from rcc_sim.cli.logs import (
+    Hide,
+    Html,
+    Map,
+    Model,
+    Plot,
+    Reader,
+    Repeats,
+    tell_notes,
+    write_page,
+)
+from rcc_sim.cli.output import Csv, Json, Output, emit, say
 
 if TYPE_CHECKING:
     from rcc_sim.analyse.gap import Gap
@@ -30,34 +40,13 @@ def gap(
     log: Annotated[
         str, typer.Argument(help="CSV, Parquet, bag, MCAP, MF4, or - for stdin.")
     ],
-    vehicle: Annotated[
-        str,
-        typer.Option(help="The model: a name or file.", autocompletion=vehicle_names),
-    ],
-    hide: Annotated[
-        list[str] | None,
-        typer.Option(help="Leave a logged column out; repeatable.", metavar="COLUMN"),
-    ] = None,
-    repeats: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="Another log of the same drive, to know the noise by; repeatable.",
-            metavar="LOG",
-        ),
-    ] = None,
-    reader: Annotated[
-        str | None, typer.Option(help="Force a reader; the file tells otherwise.")
-    ] = None,
-    map_: Annotated[
-        str | None,
-        typer.Option("--map", help="Column map: a TOML file or a shipped name."),
-    ] = None,
-    plot: Annotated[
-        Path | None, typer.Option(help="Draw it: PNG, SVG or PDF.", metavar="F")
-    ] = None,
-    html: Annotated[
-        Path | None, typer.Option(help="Write it as one HTML page.", metavar="F")
-    ] = None,
+    vehicle: Model,
+    hide: Hide = None,
+    repeats: Repeats = None,
+    reader: Reader = None,
+    map_: Map = None,
+    plot: Plot = None,
+    html: Html = None,
     output: Output = None,
     csv: Csv = False,
     json: Json = False,
@@ -76,18 +65,10 @@ def gap(
 
         save(plot_gap(found), plot)
     if html is not None:
-        _write_page(html, found, [log, vehicle, *(repeats or [])])
+        from rcc_sim.report.gap_page import gap_page
+
+        write_page(gap_page(found, [log, vehicle, *(repeats or [])]), html)
     _deliver(found, output, csv=csv, json=json)
-
-
-def _write_page(html: Path, found: Gap, inputs: list[str]) -> None:
-    from rcc_sim.report.gap_page import gap_page
-    from rcc_sim.report.html import write_html
-
-    page = gap_page(found, inputs)
-    with atomic(html) as file:
-        write_html(page, file)
-    say(f"wrote {html}")
 
 
 def _found(
@@ -114,19 +95,9 @@ def _deliver(found: Gap, output: Path | None, *, csv: bool, json: bool) -> None:
     from rcc_sim.analyse import gap_report as report
 
     say(report.headline(found))
-    for note in (*_beware(found), *found.notes):
-        say(f"note: {note}")
+    tell_notes(found.findings, found.notes)
     if output is None and sys.stdout.isatty() and not (json or csv):
         for title, table in report.tables(found):
             emit(None, table, title=title)
         return
     emit(report.document(found), report.rows(found), json=json, csv=csv, output=output)
-
-
-def _beware(found: Gap) -> list[str]:
-    """Return what was found wrong with the log, worse than a note."""
-    return [
-        f"{finding.channel} {finding.what}; {finding.action}"
-        for finding in found.findings
-        if finding.severity != "info"
-    ]
