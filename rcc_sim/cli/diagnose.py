@@ -8,7 +8,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from rcc_sim.cli.batches import Dask, Jobs
 from rcc_sim.cli.complete import effect_names
+from rcc_sim.cli.fleets import (
+    Asked,
+    By,
+    CarColumn,
+    Each,
+    List,
+    one_log,
+    refuse_single,
+    run_fleet,
+)
 from rcc_sim.cli.logs import (
     Hide,
     Map,
@@ -36,10 +47,14 @@ def register(app: typer.Typer) -> None:
 
 
 def diagnose(
-    logs: Annotated[
-        list[str], typer.Argument(help="Logs of one vehicle, all explained at once.")
-    ],
     vehicle: Model,
+    logs: Annotated[
+        list[str] | None,
+        typer.Argument(
+            help="Logs of one vehicle, all explained at once; with --each, or as a "
+            "folder or a pattern, a fleet: each on its own."
+        ),
+    ] = None,
     withhold: Annotated[
         list[str] | None,
         typer.Option(
@@ -82,6 +97,12 @@ def diagnose(
     html: Annotated[
         Path | None, typer.Option(help="Write it as a page.", metavar="F.html")
     ] = None,
+    each: Each = False,
+    list_: List = None,
+    by: By = None,
+    car: CarColumn = None,
+    jobs: Jobs = 1,
+    dask: Dask = None,
     output: Output = None,
     csv: Csv = False,
     json: Json = False,
@@ -91,6 +112,26 @@ def diagnose(
     Null, every effect, sets of them and something unknown compete; the vehicle
     file's sds are tolerances. Causes are proven on stretches that no fit saw.
     """
+    asked = Asked(
+        tuple(logs or ()), each, list_, tuple(by or ()), car or "", jobs, dask or "",
+        html, output, csv, json,
+    )  # fmt: skip
+    if asked.is_fleet:
+        refuse_single(
+            {
+                "--repeats": repeats,
+                "--holdout": holdout,
+                "--write-vehicle": write_vehicle,
+                "--profiles": profiles,
+                "--next-run": next_run,
+            }
+        )
+        options = {"vehicle": vehicle, "withhold": withhold, "hide": hide}
+        options |= {"candidates": candidates, "reader": reader, "map": map_}
+        _fleet(asked, options)
+        return
+    one_log(asked)
+    logs = logs or []
     found = _found(
         logs, vehicle, withhold or [], hide or [], candidates or [], holdout or [],
         repeats or [], reader, map_,
@@ -101,6 +142,12 @@ def diagnose(
 
         write_page(diagnosis_page(found, [*logs, vehicle]), html)
     _deliver(found, output, csv=csv, json=json)
+
+
+def _fleet(asked: Asked, options: dict[str, Any]) -> None:
+    from rcc_sim.batch.fleet_rows import DIAGNOSE, diagnose_row
+
+    run_fleet(asked, "diagnose", diagnose_row, DIAGNOSE, options)
 
 
 def _found(

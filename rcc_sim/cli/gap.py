@@ -4,10 +4,20 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from rcc_sim.cli.batches import Dask, Jobs
+from rcc_sim.cli.fleets import (
+    Asked,
+    By,
+    Each,
+    List,
+    one_log,
+    refuse_single,
+    run_fleet,
+)
 from rcc_sim.cli.logs import (
     Hide,
     Html,
@@ -37,16 +47,25 @@ def register(app: typer.Typer) -> None:
 
 
 def gap(
-    log: Annotated[
-        str, typer.Argument(help="CSV, Parquet, bag, MCAP, MF4, or - for stdin.")
-    ],
     vehicle: Model,
+    logs: Annotated[
+        list[str] | None,
+        typer.Argument(
+            help="CSV, Parquet, bag, MCAP, MF4, or - for stdin; several, a folder or "
+            "a pattern are a fleet."
+        ),
+    ] = None,
     hide: Hide = None,
     repeats: Repeats = None,
     reader: Reader = None,
     map_: Map = None,
     plot: Plot = None,
     html: Html = None,
+    each: Each = False,
+    list_: List = None,
+    by: By = None,
+    jobs: Jobs = 1,
+    dask: Dask = None,
     output: Output = None,
     csv: Csv = False,
     json: Json = False,
@@ -58,6 +77,15 @@ def gap(
     A gap is none within twice u_val, which joins noise, the file's sds and the time
     step (ASME V&V 20). Nothing is fitted.
     """
+    asked = Asked(
+        tuple(logs or ()), each or len(logs or ()) > 1, list_, tuple(by or ()), "",
+        jobs, dask or "", html, output, csv, json,
+    )  # fmt: skip
+    if asked.is_fleet:
+        refuse_single({"--repeats": repeats, "--plot": plot})
+        _fleet(asked, {"vehicle": vehicle, "hide": hide, "reader": reader, "map": map_})
+        return
+    log = one_log(asked)
     found = _found(log, vehicle, hide or [], repeats or [], reader, map_)
     if plot is not None:
         from rcc_sim.report.gap_plot import plot_gap
@@ -69,6 +97,12 @@ def gap(
 
         write_page(gap_page(found, [log, vehicle, *(repeats or [])]), html)
     _deliver(found, output, csv=csv, json=json)
+
+
+def _fleet(asked: Asked, options: dict[str, Any]) -> None:
+    from rcc_sim.batch.fleet_rows import GAP, gap_row
+
+    run_fleet(asked, "gap", gap_row, GAP, options)
 
 
 def _found(
