@@ -109,7 +109,8 @@ class Fleet:
         """Return the rows of a part; every part has the same columns."""
         import pyarrow
 
-        kinds = {**PLACE, **self.labels, **self.columns, "error": "string"}
+        labels = self.labels
+        kinds = {**PLACE, **labels, **self.columns, **labels, "error": "string"}
         return pyarrow.table(
             {
                 name: pyarrow.array([row.get(name) for row in result], _type(kind))
@@ -135,7 +136,8 @@ def rows_of_logs(
             path = os.path.join(folder, os.path.expanduser(entry.log))
             found = {**here, **row(path, mine), **entry.labels, "error": None}
         except RccError as error:
-            found = {**here, **entry.labels, "error": str(error)}
+            what = str(error).replace(os.path.join(folder, ""), "")
+            found = {**here, **entry.labels, "error": what}
         except (*ODD, MemoryError) as error:
             what = f"{type(error).__name__}: {error}"
             found = {**here, **entry.labels, "error": what}

@@ -12,8 +12,8 @@ from typing import TextIO
 from rcc_sim.errors import InputError
 
 SUFFIXES = (
-    *(".csv", ".csv.gz", ".txt", ".tsv"),
-    *(".parquet", ".mcap", ".bag", ".mf4", ".mdf", ".db3"),
+    *(".csv", ".csv.gz", ".parquet"),
+    *(".mcap", ".bag", ".mf4", ".mdf", ".db3"),
 )
 """Files of a folder that are taken for logs."""
 
@@ -25,9 +25,6 @@ BAG = "metadata.yaml"
 
 LOG, VEHICLE = "log", "vehicle"
 """Columns of a list that mean something to a fleet; others are labels."""
-
-TAKEN = ("error", "status", "cause", "pool", "pool_columns")
-"""Columns of a row that no label may bear."""
 
 
 @dataclass(frozen=True)
@@ -132,7 +129,7 @@ def read_list(file: TextIO) -> list[Entry]:
     header = [name.strip() for name in next(csv.reader([lines[0]]))]
     if LOG not in header:
         return [Entry(line.strip()) for line in lines]
-    if len(set(header)) < len(header) or set(header) & set(TAKEN) or "" in header:
+    if len(set(header)) < len(header) or "" in header:
         raise InputError(f"{where}: line 1: should name each column once: {lines[0]}")
     return _labelled(where, header, list(csv.reader(lines[1:])))
 

@@ -185,18 +185,18 @@ def _gathered(rows: Sequence[Row], name: str, command: str) -> list[dict[str, An
     found = []
     for one in sorted(largest, key=_number if numeric else str):
         mine = classes[one]
-        row: dict[str, Any] = {name: one, "logs": len(mine)}
+        line: dict[str, Any] = {name: one, "logs": len(mine)}
         if command == "check":
-            row["sound"] = sum(bool(r["sound"]) for r in mine)
+            line["sound"] = sum(bool(r["sound"]) for r in mine)
         else:
             told = energy(mine)
             keys = ("within", "gap_percent", "gap_percent_low", "gap_percent_high")
-            row |= {key: told.get(key) for key in keys}
+            line |= {key: told.get(key) for key in keys}
         key = "causes" if command == "diagnose" else "findings"
         often = next(islice(recurring(mine, key), 1), None)
-        row[f"most_frequent_of_{key}"] = often and often[key]
-        row["share"] = often and often["share"]
-        found.append(row)
+        line[f"most_frequent_of_{key}"] = often and often[key]
+        line["share"] = often and often["share"]
+        found.append(line)
     return found
 
 
@@ -253,8 +253,7 @@ def _cause(cause: Common, named: Mapping[str, int]) -> dict[str, Any]:
         "effect": p.effect,
         **_figures(p),
         "nats_common": p.nats_common,
-        "nats_spread": p.nats_spread,
-        "most_nats_in_a_log": p.largest,
+        "most_nats_in_a_log": cause.largest,
         "spread": p.spread,
         "named_alone_in": named.get(p.effect, 0),
         "indistinguishable_from": list(cause.tied),

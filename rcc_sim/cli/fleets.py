@@ -236,8 +236,14 @@ def _check_effects(models: Sequence[str], options: Mapping[str, Any]) -> None:
 
 def _check_columns(asked: Asked, fleet: Fleet) -> None:
     from rcc_sim.batch.fleet import PLACE
+    from rcc_sim.batch.fleet_rows import TEMPERATURE
     from rcc_sim.errors import InputError
 
+    for name in set(fleet.labels) & {*PLACE, *fleet.columns, "error"}:
+        if name not in ("date", TEMPERATURE):
+            raise InputError(f"--list: {name}: is what a row says of the log itself")
+    if fleet.labels.get(TEMPERATURE) == "string":
+        raise InputError(f"--list: {TEMPERATURE}: should be numbers")
     known = [*PLACE, *fleet.labels, *fleet.columns]
     for name in (*asked.by, *([asked.car] if asked.car else [])):
         if name not in known:

@@ -9,18 +9,14 @@ with score c and information G of whitened residuals that follow a t-distributio
 [1]_. Forms of logs add; so the figures of a vehicle, which are off by the same in all
 its logs, are weighed against a cause once, and not once a log.
 
-What sensors are off by is the car's own and in each log a little more. Strengths may
-differ between logs: :math:`x_i \sim N(\mu, \tau^2)`, with :math:`\tau` the likeliest.
-[2]_ A cause must gain by a common strength and by this mean of strengths alike, so
-that neither one odd log nor what scatters about zero makes a cause.
+What sensors are off by is the car's own and in each log a little more. What
+they come to together stands in :mod:`rcc_sim.diagnose.pooled`.
 
 References
 ----------
 .. [1] K. L. Lange, R. J. A. Little and J. M. G. Taylor, "Robust statistical modeling
        using the t distribution," J. Am. Stat. Assoc. 84 (408), 1989.
-.. [2] R. DerSimonian and N. Laird, "Meta-analysis in clinical trials," Controlled
-       Clinical Trials 7 (3), 1986.
-.. [3] P. J. Huber and E. M. Ronchetti, Robust Statistics, 2nd ed., Wiley, 2009, ch. 3.
+.. [2] P. J. Huber and E. M. Ronchetti, Robust Statistics, 2nd ed., Wiley, 2009, ch. 3.
 """
 
 from __future__ import annotations
@@ -40,9 +36,11 @@ from rcc_sim.diagnose.noise import FREEDOM, weights
 from rcc_sim.errors import InputError
 
 Array = NDArray[np.float64]
+Places = NDArray[np.intp]
 
 WEAK = 0.1
 """Share of a likely strength at which a candidate's signal is taken: it is weak."""
+
 
 @dataclass(frozen=True)
 class Strength:
@@ -129,7 +127,7 @@ def _form(null: Fit, signals: list[list[Array]]) -> tuple[Array, Array]:
     """Return score and information of signals, each track by how its noise is spread.
 
     With psi the derivative of the log-density, a strength's variance is that of an
-    M-estimate, mean(psi²) / mean(psi')². [3]_
+    M-estimate, mean(psi²) / mean(psi')². [2]_
     """
     c, G = np.zeros(len(signals)), np.zeros((len(signals), len(signals)))
     for white, e, *tracks in zip(null.noise, null.residuals, *signals, strict=True):
@@ -143,7 +141,7 @@ def _form(null: Fit, signals: list[list[Array]]) -> tuple[Array, Array]:
     return c, G
 
 
-def _blurred(c: Array, G: Array, mine: Array, prior: Array) -> tuple[Array, Array]:
+def _blurred(c: Array, G: Array, mine: Places, prior: Array) -> tuple[Array, Array]:
     """Return the form with an offset in this log alone beside each of the car's own."""
     if not len(mine):
         return c, G

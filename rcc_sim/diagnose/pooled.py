@@ -8,7 +8,14 @@ z = c_x − g · θ,
 .. math:: \ell_i(\theta, \mu) = c^T \theta - \tfrac12 \theta^T G \theta
           + \tfrac12 s (\tau^2 z^2 + 2 \mu z - J \mu^2) - \tfrac12 \ln(1 + \tau^2 J)
 
-again a quadratic form, in the tolerances of the car and in the mean strength.
+again a quadratic form, in the tolerances of the car and in the mean strength. The
+scatter τ follows from the moments of the strengths found log by log [1]_; where it is
+what the logs show and not what their noise says, the gain is that of a t-test.
+
+References
+----------
+.. [1] R. DerSimonian and N. Laird, "Meta-analysis in clinical trials," Controlled
+       Clinical Trials 7 (3), 1986.
 """
 
 from __future__ import annotations
@@ -25,9 +32,6 @@ from rcc_sim.diagnose.pool import Evidence, Strength
 from rcc_sim.diagnose.verdict import INTERVAL
 
 Array = NDArray[np.float64]
-
-SPREADS = (0.0, 0.1, 0.2, 0.4, 0.7, 1.0, 1.5, 2.5, 4.0, 7.0, 12.0, 25.0)
-"""Spreads that are tried, in sds that a strength has in a single log."""
 
 INEXACT = 0.02
 """Share of a likely strength below which it cannot be told from what the model leaves
@@ -53,11 +57,10 @@ class Pooled:
     effect, key : str
         Its id, and the dotted key of its figure.
     nats : float
-        What it gains, by a common strength and by a mean of strengths alike.
+        What it gains, by a common strength and by the mean of strengths that scatter
+        alike.
     nats_common, nats_mean : float
         The two.
-    nats_spread : float
-        What is gained by letting the strength scatter.
     value, low, high, sd : float
         Mean strength with its 90 % interval.
     spread : float
@@ -71,7 +74,6 @@ class Pooled:
     nats: float
     nats_common: float
     nats_mean: float
-    nats_spread: float
     value: float
     low: float
     high: float
@@ -124,45 +126,44 @@ class Car:
 
 def weigh(cars: Sequence[Car], strength: Strength) -> Pooled:
     """Return what logs of some cars say of one strength."""
-    J = np.concatenate([car.J for car in cars])
-    shows = J > 0
-    single = 1 / np.sqrt(np.median(J[shows]))
-    tried = [_at(cars, (single * k) ** 2, strength) for k in SPREADS]
-    best = max(tried, key=lambda t: t.mean_log)
-    null = max(tried, key=lambda t: t.null_log)
-    common = tried[0]
-    mean = best.mean_log - null.null_log
-    sd = INTERVAL / np.sqrt(max(best.information, 1e-300))
-    value = strength.neutral + best.x
+    common = _at(cars, 0.0, strength)
+    variance, logs = _scatter(cars, common)
+    mean = _at(cars, variance, strength)
+    known = mean.information / max(common.information, 1e-300)
+    scattered = max(1.0 - known, 1e-9)  # share of the variance that logs show, not say
+    n = logs / scattered
+    gain = 0.5 * n * float(np.log1p(2 * mean.gain / n))
+    sd = INTERVAL / np.sqrt(max(mean.information, 1e-300))
+    value = strength.neutral + mean.x
     return Pooled(
         strength.effect,
         strength.key,
-        min(common.mean_log - common.null_log, mean),
-        common.mean_log - common.null_log,
-        mean,
-        best.mean_log - common.mean_log,
+        min(common.gain, gain),
+        common.gain,
+        gain,
         value,
-        max(value - Z_90 * sd, strength.low),
-        min(value + Z_90 * sd, strength.high),
+        float(max(value - Z_90 * sd, strength.low)),
+        float(min(value + Z_90 * sd, strength.high)),
         float(sd),
-        float(np.sqrt(best.variance)),
-        int(shows.sum()),
+        float(np.sqrt(variance)),
+        logs,
     )
 
 
 @dataclass(frozen=True)
 class At:
-    """What logs say at one spread."""
+    """What logs say of a mean strength x at one scatter; shared figures of each car."""
 
-    variance: float
     x: float
     information: float
-    null_log: float
-    mean_log: float
+    gain: float
+    shared: tuple[Array, ...]
+    best: float
 
 
 def _at(cars: Sequence[Car], variance: float, strength: Strength) -> At:
-    score = information = constant = 0.0
+    score = information = 0.0
+    solved = []
     for car in cars:
         s = 1 / (1 + variance * car.J)
         t = s * variance
@@ -170,19 +171,34 @@ def _at(cars: Sequence[Car], variance: float, strength: Strength) -> At:
         b = car.c - (t * car.c_x) @ car.g
         across = s @ car.g
         both = _solved(A, np.stack([b, across], axis=1))
-        constant += 0.5 * float(
-            (t * car.c_x**2).sum() - np.log1p(variance * car.J).sum()
-        )
-        constant += 0.5 * float(b @ both[:, 0])
         score += float(s @ car.c_x - across @ both[:, 0])
         information += float(s @ car.J - across @ both[:, 1])
-    x = score / max(information, 1e-300)
-    blur = (INEXACT * strength.likely) ** 2
-    information /= 1 + information * blur
-    score = x * information
-    x = min(max(x, strength.low - strength.neutral), strength.high - strength.neutral)
+        solved.append(both)
+    best = score / max(information, 1e-300)
+    information /= 1 + information * (INEXACT * strength.likely) ** 2
+    score = best * information
+    low, high = strength.low - strength.neutral, strength.high - strength.neutral
+    x = min(max(best, low), high)
     gain = score * x - 0.5 * information * x * x
-    return At(variance, x, information, constant, constant + gain)
+    shared = tuple(both[:, 0] - best * both[:, 1] for both in solved)
+    return At(x, information, max(gain, 0.0), shared, best)
+
+
+def _scatter(cars: Sequence[Car], common: At) -> tuple[float, int]:
+    r"""Return the variance of strengths between logs by their moments, and the logs.
+
+    :math:`\tau^2 = (Q - n + 1) / (\sum J - \sum J^2 / \sum J)`, where positive. [1]_
+    """
+    Q, J = 0.0, np.concatenate([car.J for car in cars])
+    for car, shared in zip(cars, common.shared, strict=True):
+        there = car.J > 0
+        off = (car.c_x - car.g @ shared)[there] / car.J[there] - common.best
+        Q += float(car.J[there] @ off**2)
+    logs = int((J > 0).sum())
+    room = float(J.sum() - (J**2).sum() / max(J.sum(), 1e-300))
+    if logs < 2 or room <= 0:
+        return 0.0, logs
+    return max(Q - logs + 1, 0.0) / room, logs
 
 
 def _solved(A: Array, b: Array) -> Array:

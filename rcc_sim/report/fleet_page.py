@@ -60,7 +60,7 @@ def fleet_page(
         tag("style", Markup(style)),
     )
     told = [tag("p", line, class_="verdict") for line in lines(found)]
-    top = tag("header", tag("h1", title), *told, cards(_cards(found)))
+    top = tag("header", tag("h1", title), *told, cards(list(_cards(found))))
     sections = [
         section(f"part{k}", name, _table(part))
         for k, (name, part) in enumerate(tables(found))
