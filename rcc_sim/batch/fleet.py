@@ -33,8 +33,14 @@ ODD = (
 )
 """What a log that is like no other may raise; among many it is a row."""
 
-MOST_PARTS = 2_000
-"""Parts of a batch of logs; up to so many logs each is kept as it is done."""
+MOST_PARTS = 10_000
+"""Parts of a batch of logs; a part is kept as it is done."""
+
+LEAST_PARTS = 64
+"""Parts below which none holds more than a log: no process waits for another."""
+
+TOGETHER = {"check": 10, "gap": 5}
+"""Logs of a part where a log takes less time than to keep it."""
 
 PLACE = {"log": "string", "folder": "string", "vehicle": "string"}
 """Columns that begin every row."""
@@ -98,8 +104,10 @@ class Fleet:
         tables = [_tables(name) for name in self.models]
         words = json.dumps([about, files, tables], sort_keys=True, default=str)
         digest = hashlib.blake2b(words.encode(), digest_size=16).hexdigest()
-        part = max(math.ceil(len(self.logs) / MOST_PARTS), 1)
-        return Manifest(digest, len(self.logs), part, about)
+        count = len(self.logs)
+        part = min(max(count // LEAST_PARTS, 1), TOGETHER.get(self.command, 1))
+        part = max(part, math.ceil(count / MOST_PARTS))
+        return Manifest(digest, count, part, about)
 
     def prepared(self, start: int, stop: int) -> tuple[Any, None]:
         """Return the logs of a part."""
