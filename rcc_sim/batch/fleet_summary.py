@@ -34,6 +34,9 @@ BY = ("vehicle", TEMPERATURE, "date")
 
 ENDS = (0.05, 0.95)
 
+PLAIN = 0.8
+"""Share of the logs that name a cause alone, from which on it is not a weak one."""
+
 
 def summary(
     rows: Iterable[Row], command: str, *, by: Sequence[str] = (), car: str = ""
@@ -235,11 +238,10 @@ def pooled(
         Rows of the logs, for what each names by itself.
     """
     found: Explained = pool(groups)
-    named = Counter(effect for row in rows for effect in row.get("causes") or ())
     return {
         "logs": sum(len(logs) for logs in groups.values()),
         "cars": len(groups),
-        "causes": [_cause(cause, named) for cause in found.causes],
+        "causes": [_cause(cause, rows) for cause in found.causes],
         "ranking": [
             {"effect": p.effect, "parameter": _last(p.key), "nats": p.nats}
             for p in found.ranking[:10]
@@ -247,18 +249,39 @@ def pooled(
     }
 
 
-def _cause(cause: Common, named: Mapping[str, int]) -> dict[str, Any]:
+def _cause(cause: Common, rows: Sequence[Row]) -> dict[str, Any]:
     p = cause.found
+    named = sum(p.effect in (row.get("causes") or ()) for row in rows)
     return {
         "effect": p.effect,
         **_figures(p),
+        **_plain(p, rows),
         "nats_common": p.nats_common,
         "most_nats_in_a_log": cause.largest,
         "spread": p.spread,
-        "named_alone_in": named.get(p.effect, 0),
+        "named_alone_in": named,
         "indistinguishable_from": list(cause.tied),
         "cars": [{"car": name, **_figures(q)} for name, q in cause.cars.items()],
     }
+
+
+def _plain(p: Pooled, rows: Sequence[Row]) -> dict[str, Any]:
+    """Return the figure of a cause that hardly a log fails to name: from their fits.
+
+    What all logs say together holds for weak causes, to first order about none. The
+    interval stays that of a single log: what the file does not know is the same in all.
+    """
+    same = [
+        row
+        for row in rows
+        if row.get("cause") == p.effect and row["parameter"] == _last(p.key)
+    ]
+    if len(same) < PLAIN * p.logs:
+        return {"from": "all logs, to first order"}
+    value = float(np.median([row["value"] for row in same]))
+    half = float(np.median([row["high"] - row["low"] for row in same])) / 2
+    low, high = value - half, value + half
+    return {"value": value, "low": low, "high": high, "from": "the logs that name it"}
 
 
 def _figures(p: Pooled) -> dict[str, Any]:

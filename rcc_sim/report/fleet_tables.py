@@ -50,9 +50,9 @@ def lines(found: Doc) -> list[str]:
 def pooled_lines(pooled: Doc) -> list[str]:
     """Return what the logs show together."""
     if not pooled["causes"]:
-        best = pooled["ranking"][:1]
-        most = f" (most: {best[0]['effect']}, {figures(best[0]['nats'])} nats)"
-        return [f"together, {_logs(pooled['logs'])}: no cause{most if best else ''}"]
+        best = [f"{p['effect']}, {figures(p['nats'])} nats" for p in pooled["ranking"]]
+        most = f" (the most: {best[0]})" if best else ""
+        return [f"together, {_logs(pooled['logs'])}: no cause{most}"]
     return [_pooled_line(cause, pooled) for cause in pooled["causes"]]
 
 
