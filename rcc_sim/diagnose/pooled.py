@@ -41,7 +41,7 @@ POOLED_ENOUGH = 12.0
 """Nats that a cause must gain in all logs together, its strength free to scatter.
 
 Less than what a single log asks for: what is wrong with one log scatters with the
-strength. Of 24 fleets of 20 logs without a cause none gained 10 (`benchmarks/pooled.py`).
+strength. Of 24 fleets without a cause none gained 10 (`benchmarks/pooled.py`).
 """
 
 MOST_POOLED = 4

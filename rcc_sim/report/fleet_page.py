@@ -19,6 +19,8 @@ POLICY = (
     "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
 )
 
+NAMES = {"check": "Check", "gap": "Gap", "diagnose": "Diagnosis"}
+
 LOGS = (
     Column("Log", "log"),
     Column("Vehicle", "vehicle"),
@@ -50,7 +52,7 @@ def fleet_page(
         Files of which the page gives the hash.
     """
     style = resources.files("rcc_sim.report").joinpath("report.css").read_text("utf-8")
-    title = f"{found['command'].capitalize()} of {found['logs']:,} logs"
+    title = f"{NAMES[found['command']]} of {found['logs']:,} logs"
     head = tag(
         "head",
         tag("meta", charset="utf-8"),
@@ -59,7 +61,8 @@ def fleet_page(
         tag("title", title),
         tag("style", Markup(style)),
     )
-    told = [tag("p", line, class_="verdict") for line in lines(found)]
+    *others, verdict = lines(found)
+    told = [tag("p", verdict, class_="verdict"), *(tag("p", line) for line in others)]
     top = tag("header", tag("h1", title), *told, cards(list(_cards(found))))
     sections = [
         section(f"part{k}", name, _table(part))
