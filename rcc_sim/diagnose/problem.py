@@ -90,16 +90,18 @@ class Problem:
         """What the nominal model predicts."""
         return self.predict({})
 
-    def predict(self, figures: dict[str, float]) -> dict[str, Array]:
+    def predict(
+        self, figures: dict[str, float], coarse: bool = False
+    ) -> dict[str, Array]:
         """Columns that the model predicts with some figures changed."""
         vehicle = self.vehicle
         if figures:
             vehicle = vehicle.changed(settings=dict(figures))
-        return replay(vehicle, self.drive, RECALLS)
+        return replay(vehicle, self.drive, RECALLS, coarse=coarse)
 
-    def residuals(self, figures: dict[str, float]) -> list[Array]:
+    def residuals(self, figures: dict[str, float], coarse: bool = False) -> list[Array]:
         """Measured minus predicted, per channel."""
-        out = self.predict(figures)
+        out = self.predict(figures, coarse)
         return [self.log[c] - out[c] for c in self.channels]
 
     @cached_property
