@@ -152,12 +152,13 @@ def run_fleet(
     InputError
         If there are no logs, no such model, column, effect, scheduler.
     """
-    from rcc_sim.batch.batch import run_batch
     from rcc_sim.batch.engine import ONE_THREAD, Engine
+
+    os.environ |= ONE_THREAD  # before numpy comes: a log's bytes hang on it
+    from rcc_sim.batch.batch import run_batch
     from rcc_sim.batch.fleet import rows_in
     from rcc_sim.batch.fleet_summary import summary
 
-    os.environ |= ONE_THREAD  # a log's bytes hang on it
     fleet = _fleet(asked, command, row, columns, options)
     with _place(asked.output) as place:
         line = ProgressLine("logs")

@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 
 from rcc_sim.diagnose.candidates import Candidate, Search
 from rcc_sim.diagnose.engine import Engine, Fit
-from rcc_sim.diagnose.knobs import BIAS
+from rcc_sim.diagnose.knobs import BIAS, Knob
 from rcc_sim.diagnose.noise import FREEDOM, weights
 from rcc_sim.errors import InputError
 
@@ -167,11 +167,11 @@ def _signal(engine: Engine, null: Fit, search: Search) -> list[Array] | None:
     if step == 0 or search.key in known:
         return None
     start = null.values.get(search.key, search.neutral)
+    knob = Knob(search.key, start, low=search.low, high=search.high, step=step)
     try:
-        moved = engine.residuals({**null.values, search.key: start + step})
-    except InputError:
+        (found,) = engine.signals({**null.values, search.key: start}, [knob])
+    except InputError:  # a strength that no such vehicle can have
         return None
-    found = [(a - b) / step for a, b in zip(moved, null.residuals, strict=True)]
     return found if any(np.any(d[np.isfinite(d)]) for d in found) else None
 
 
