@@ -23,19 +23,15 @@ from pathlib import Path
 
 from rcc_sim.batch.batch import Progress, run_batch
 from rcc_sim.batch.engine import Engine
-from rcc_sim.batch.fleet import Fleet, check_row
 from rcc_sim.batch.plan import make_plan
 from rcc_sim.batch.runs import Manoeuvre, Sweep
 from rcc_sim.definitions.cycle import Cycle, parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.simulate.run import LaneChanges, simulate
-from rcc_sim.trace import Trace, write_trace
 
 ROUNDS = 3
 MANY = 200_000
 DRAWS = 100_000
-LOGS = 200
-HOURS = 3600.0
 
 
 def main() -> None:
@@ -49,7 +45,6 @@ def main() -> None:
     else:
         dask()
     memory()
-    fleet()
 
 
 def imposed(runs: int) -> Sweep:
@@ -202,52 +197,6 @@ def memory() -> None:
     most = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
     print(f"{DRAWS:,} draws, from the shell: {most:.0f} MB at most, a file of", end=" ")
     print(f"{size / 1e6:.0f} MB")
-
-
-def fleet() -> None:
-    """`check` over logs of 75 s at 100 Hz: time a log, and what a million takes."""
-    with tempfile.TemporaryDirectory() as folder:
-        logs = tuple(written(Path(folder), LOGS))
-        size = sum(Path(log).stat().st_size for log in logs) / len(logs)
-
-        def took(count: int, jobs: int) -> float:
-            batch = Fleet("check", check_row, logs[:count], {"vehicle": None})
-            with tempfile.TemporaryDirectory() as out:
-                start = time.perf_counter()
-                run_batch(batch, Path(out, "rows"), Engine(jobs))
-                return time.perf_counter() - start
-
-        half, one, two = in_turn(
-            lambda: took(LOGS // 2, 1), lambda: took(LOGS, 1), lambda: took(LOGS, 2)
-        )
-    each = one / LOGS
-    print(
-        f"check, logs of 75 s at 100 Hz: {1e3 * each:.0f} ms a log; twice the logs "
-        f"{one / half:.2f} times the time, two processes {one / two:.2f} times as fast"
-    )
-    print(
-        f"  10^6 trips: {1e6 * each / HOURS:.0f} core hours, "
-        f"{1e6 * size / 1e9:.0f} GB to read"
-    )
-
-
-def written(folder: Path, count: int) -> Iterator[str]:
-    """Write logs of 75 s, each with noise of its own."""
-    import numpy as np
-
-    car = load_vehicle("rcc")
-    cycle = small().slice(20, 95)
-    trace = simulate(car, cycle, lanes=LaneChanges(20.0)).trace
-    rng = np.random.default_rng(1)
-    for k in range(count):
-        noisy = {
-            name: column if name == "time_s" else column + 1e-3 * rng.normal()
-            for name, column in trace.columns.items()
-        }
-        path = folder / f"log{k:05d}.csv"
-        with path.open("wb") as file:
-            write_trace(Trace(noisy, name=path.name), file)
-        yield str(path)
 
 
 if __name__ == "__main__":

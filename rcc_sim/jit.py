@@ -21,6 +21,19 @@ from typing import Any, TypeVar
 F = TypeVar("F", bound=Callable[..., Any])
 
 
+THREADS = 2
+"""Threads of a process that run kernels side by side, unless the user says less."""
+
+
+def threads() -> int:
+    """Return the threads that a process may use: OMP_NUM_THREADS, at most two.
+
+    Where many processes share the cores, each is told to keep to one.
+    """
+    said = os.environ.get("OMP_NUM_THREADS", "")
+    return min(int(said), THREADS) if said.isdecimal() and int(said) > 0 else THREADS
+
+
 def jit(function: F) -> F:
     """Mark a function as kernel code (floats, arrays and records only).
 

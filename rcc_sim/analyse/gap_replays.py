@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from rcc_sim.definitions.figure import Z_90, Figure
 from rcc_sim.definitions.vehicle import Vehicle
+from rcc_sim.jit import threads
 from rcc_sim.simulate.replay import Drive, replay
 
 Array = NDArray[np.float64]
@@ -26,7 +27,6 @@ SAMPLED = 60_000
 """Rows on which the tolerances of a longer drive are tried, in stretches."""
 
 STRETCHES = 6
-CORES = 2
 
 
 def predicted(
@@ -59,7 +59,7 @@ def predicted(
                 ]
 
     one(pieces[0])
-    with ThreadPoolExecutor(CORES) as pool:
+    with ThreadPoolExecutor(threads()) as pool:
         for done, _ in enumerate(pool.map(one, pieces[1:]), start=2):
             if progress is not None:
                 progress(done / len(pieces))
@@ -149,7 +149,7 @@ def tolerances(
         ]
 
     shifts = []
-    with ThreadPoolExecutor(CORES) as pool:
+    with ThreadPoolExecutor(threads()) as pool:
         for done, shift in enumerate(pool.map(one, figures.items()), start=1):
             shifts.append(shift)
             if progress is not None:

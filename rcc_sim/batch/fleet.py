@@ -1,9 +1,7 @@
 """One row a log, over many logs: each command gives a function of one log.
 
-A row function takes the log's name and the options that all logs share, and returns a
-row as a dict of plain values. A log that cannot be read is a row with its error. What
-a row lists under ``causes`` or ``findings`` is counted over the fleet: a small cause
-that recurs says more than it does in one log.
+A row function takes the log's path and the options that all logs share, and returns a
+row as a dict of plain values. A log that cannot be read is a row with its error.
 """
 
 from __future__ import annotations
@@ -12,16 +10,16 @@ import hashlib
 import json
 import math
 import os
-from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rcc_sim.batch.engine import version
-from rcc_sim.batch.store import Manifest
-from rcc_sim.errors import InputError, RccError
+from rcc_sim.batch.fleet_logs import Entry
+from rcc_sim.batch.store import Manifest, Store
+from rcc_sim.errors import RccError
 
 if TYPE_CHECKING:
     import pyarrow
@@ -35,21 +33,17 @@ ODD = (
 )
 """What a log that is like no other may raise; among many it is a row."""
 
-MOST_PARTS = 2_000
-"""Parts of a batch of logs; up to so many logs each is kept as it is done."""
+MOST_PARTS = 10_000
+"""Parts of a batch of logs; a part is kept as it is done."""
 
-ENERGIES = (
-    "measured_wh",
-    "simulated_wh",
-    "gap_wh",
-    "gap_percent",
-    "u_val_wh",
-    "within",
-)
-"""What a row of a gap holds of the energy."""
+LEAST_PARTS = 64
+"""Parts below which none holds more than a log: no process waits for another."""
 
-SUFFIXES = (".csv", ".csv.gz", ".parquet", ".mcap", ".bag", ".mf4", ".db3")
-"""Files of a folder that are taken for logs."""
+TOGETHER = {"check": 10, "gap": 5}
+"""Logs of a part where a log takes less time than to keep it."""
+
+PLACE = {"log": "string", "folder": "string", "vehicle": "string"}
+"""Columns that begin every row."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,17 +55,23 @@ class Fleet:
     command : str
         What it is called.
     row : callable
-        A function of a module: of the log's name and the options, to its row.
-    logs : tuple of str
-        Paths.
+        A function of a module: of the log's path and the options, to its row.
+    logs : tuple of Entry
+        Each with the model of its own, if any, and its labels.
+    columns : dict
+        Column of a row -> its Arrow type, in their order.
     options : dict
-        What all logs share, as plain values.
+        What all logs share, as plain values; ``vehicle`` is the model.
+    models : tuple of str
+        Every model that the logs are held against.
     """
 
     command: str
     row: RowOf
-    logs: tuple[str, ...]
-    options: Mapping[str, Any]
+    logs: tuple[Entry, ...]
+    columns: Mapping[str, str]
+    options: Mapping[str, Any] = field(default_factory=dict)
+    models: tuple[str, ...] = ()
 
     @property
     def work(self) -> Any:
@@ -84,6 +84,15 @@ class Fleet:
         return self.row, dict(self.options), os.getcwd()
 
     @cached_property
+    def labels(self) -> dict[str, str]:
+        """Label -> Arrow type, of all logs."""
+        found: dict[str, str] = {}
+        for entry in self.logs:
+            for name, value in entry.labels.items():
+                found[name] = "double" if isinstance(value, float) else "string"
+        return found
+
+    @cached_property
     def manifest(self) -> Manifest:
         """What the rows follow from: the logs as they are, command and options."""
         about = {
@@ -91,151 +100,84 @@ class Fleet:
             "version": list(version()),
             "options": {key: str(value) for key, value in self.options.items()},
         }
-        files = [_stamp(log) for log in self.logs]
-        words = json.dumps([about, files], sort_keys=True)
+        files = [[e.log, e.vehicle, dict(e.labels), *_stamp(e.log)] for e in self.logs]
+        tables = [_tables(name) for name in self.models]
+        words = json.dumps([about, files, tables], sort_keys=True, default=str)
         digest = hashlib.blake2b(words.encode(), digest_size=16).hexdigest()
-        part = max(math.ceil(len(self.logs) / MOST_PARTS), 1)
-        return Manifest(digest, len(self.logs), part, about)
+        count = len(self.logs)
+        part = min(max(count // LEAST_PARTS, 1), TOGETHER.get(self.command, 1))
+        part = max(part, math.ceil(count / MOST_PARTS))
+        return Manifest(digest, count, part, about)
 
     def prepared(self, start: int, stop: int) -> tuple[Any, None]:
         """Return the logs of a part."""
         return self.logs[start:stop], None
 
     def table(self, start: int, kept: None, result: Any) -> pyarrow.Table:
-        """Return the rows of a part; they need not have the same columns."""
+        """Return the rows of a part; every part has the same columns."""
         import pyarrow
 
-        names = dict.fromkeys(name for row in result for name in row)
+        labels = self.labels
+        kinds = {**PLACE, **labels, **self.columns, **labels, "error": "string"}
         return pyarrow.table(
-            {name: pyarrow.array([row.get(name) for row in result]) for name in names}
+            {
+                name: pyarrow.array([row.get(name) for row in result], _type(kind))
+                for name, kind in kinds.items()
+            }
         )
 
 
 def rows_of_logs(
-    setup: tuple[RowOf, Mapping[str, Any], str], logs: Sequence[str]
-) -> Any:
+    setup: tuple[RowOf, Mapping[str, Any], str], logs: Sequence[Entry]
+) -> list[Row]:
     """Return the row of each log; one that fails is a row with its error."""
     row, options, folder = setup
     rows = []
-    for log in logs:
+    for entry in logs:
+        mine = {**options, **({"vehicle": entry.vehicle} if entry.vehicle else {})}
+        here = {
+            "log": entry.log,
+            "folder": str(Path(entry.log).parent),
+            "vehicle": mine.get("vehicle"),
+        }
         try:
-            found = row(os.path.join(folder, log), options)
-            found = {"log": log, **found, "error": None}
+            path = os.path.join(folder, os.path.expanduser(entry.log))
+            found = {**here, **row(path, mine), **entry.labels, "error": None}
         except RccError as error:
-            found = {"log": log, "error": str(error)}
+            what = str(error).replace(os.path.join(folder, ""), "")
+            found = {**here, **entry.labels, "error": what}
         except (*ODD, MemoryError) as error:
-            found = {"log": log, "error": f"{type(error).__name__}: {error}"}
+            what = f"{type(error).__name__}: {error}"
+            found = {**here, **entry.labels, "error": what}
         rows.append(found)
     return rows
 
 
-def logs_of(names: Iterable[str]) -> tuple[str, ...]:
-    """Return the logs that paths, folders and patterns name, sorted, each once.
-
-    Raises
-    ------
-    InputError
-        If a folder or a pattern holds none.
-    """
-    found: dict[str, None] = {}
-    for name in names:
-        path = Path(name).expanduser()
-        if path.is_dir():
-            here = [p for p in path.rglob("*") if p.name.lower().endswith(SUFFIXES)]
-        elif any(mark in name for mark in "*?[") and not path.exists():
-            root = Path(path.anchor) if path.is_absolute() else Path()
-            here = list(root.glob(str(path.relative_to(path.anchor))))
-        else:
-            here = [path]
-        if not here:
-            raise InputError(f"{name}: no logs there", f"{', '.join(SUFFIXES)} are")
-        found |= dict.fromkeys(sorted(str(p) for p in here))
-    return tuple(found)
+def rows_in(place: Path, manifest: Manifest) -> Iterator[Row]:
+    """Give the rows of a dataset that is done, in the order of the logs."""
+    for table in Store(place, manifest).tables():
+        yield from table.to_pylist()
 
 
-def check_row(log: str, options: Mapping[str, Any]) -> Row:
-    """Return what `check` finds of a log: sound or not, and the findings by kind.
+def _type(name: str) -> Any:
+    import pyarrow
 
-    Parameters
-    ----------
-    log : str
-        Path.
-    options : mapping
-        ``vehicle``: name or path of a vehicle to judge by, or None.
-    """
-    from rcc_sim.analyse.logcheck import check_reading, report
-    from rcc_sim.definitions.vehicle import load_vehicle
-    from rcc_sim.readers import read_log
-
-    name = options.get("vehicle")
-    checked = check_reading(read_log(log), load_vehicle(name) if name else None)
-    whole = report.document([checked])
-    return {
-        **{key: whole[key] for key in ("sound", "rows", "rate_hz", "duration_s")},
-        **{f"{severity}s": n for severity, n in whole["counts"].items()},
-        "findings": [
-            f"{f.kind}:{f.channel}" for f in checked.findings if f.severity != "info"
-        ],
-    }
-
-
-def gap_row(log: str, options: Mapping[str, Any]) -> Row:
-    """Return where a log and the model part: energies, the gap, and its places.
-
-    Parameters
-    ----------
-    log : str
-        Path.
-    options : mapping
-        ``vehicle``: the model. ``hide``: columns to leave out.
-    """
-    from rcc_sim.analyse.gap import gap
-    from rcc_sim.analyse.gap_report import document
-    from rcc_sim.analyse.logged import open_log
-    from rcc_sim.definitions.vehicle import load_vehicle
-
-    car = load_vehicle(options["vehicle"])
-    logged = open_log(log, car, hide=options.get("hide") or ())
-    whole = document(gap(logged, car))
-    energy = whole["energy"]
-    beyond = [c["channel"] for c in whole["channels"] if (c["ratio"] or 0) > 1]
-    return {
-        "vehicle": whole["vehicle"],
-        "mode": whole["mode"],
-        **{key: energy[key] for key in ENERGIES},
-        "beyond": beyond,
-    }
-
-
-def recurring(rows: Iterable[Row], key: str = "findings") -> list[Row]:
-    """Return what the logs have in common: each finding, in how many, which first.
-
-    Parameters
-    ----------
-    rows : iterable of dict
-        Rows of logs.
-    key : str
-        Column that lists what was found in a log.
-    """
-    logs = 0
-    count: Counter[str] = Counter()
-    first: dict[str, str] = {}
-    for row in rows:
-        if row.get("error") is not None:
-            continue
-        logs += 1
-        for name in dict.fromkeys(row.get(key) or ()):
-            count[name] += 1
-            first.setdefault(name, row["log"])
-    return [
-        {key: name, "logs": n, "share": n / logs, "first": first[name]}
-        for name, n in count.most_common()
-    ]
+    if name.startswith("list "):
+        return pyarrow.list_(_type(name.removeprefix("list ")))
+    return pyarrow.type_for_alias(name)
 
 
 def _stamp(log: str) -> list[Any]:
     try:
-        about = Path(log).stat()
+        about = Path(log).expanduser().stat()
     except OSError:
-        return [log, None, None]
-    return [log, about.st_size, about.st_mtime_ns]
+        return [None, None]
+    return [about.st_size, about.st_mtime_ns]
+
+
+def _tables(name: str) -> dict[str, Any]:
+    """Return all that a model's file and those that it extends state."""
+    from rcc_sim.definitions import library
+    from rcc_sim.definitions.vehicle_file import resolved
+
+    return resolved(library.find("vehicles", name, (".toml",))[0])

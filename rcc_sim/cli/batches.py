@@ -8,10 +8,34 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rcc_sim.cli.complete import cycle_names, vehicle_names
 from rcc_sim.cli.output import say, warn
 
 if TYPE_CHECKING:
     from rcc_sim.batch.batch import Progress
+    from rcc_sim.simulate.run import LaneChanges
+
+Vehicle = Annotated[
+    str, typer.Argument(help="Name or file.", autocompletion=vehicle_names)
+]
+CYCLE = typer.Option(
+    "--cycle",
+    help="Name, file, slice as udds[20:125], or - for stdin.",
+    autocompletion=cycle_names,
+)
+Cycle = Annotated[str, CYCLE]
+Imposed = Annotated[
+    bool,
+    typer.Option("--imposed", help="Take the cycle's speed as it is, at its own step."),
+]
+LaneEvery = Annotated[
+    float | None, typer.Option(help="Distance between lane changes. [m]")
+]
+LaneWidth = Annotated[float | None, typer.Option(help="Default: one wheelbase. [m]")]
+LaneLength = Annotated[
+    float | None,
+    typer.Option(help="Distance of one change; default: 20 wheelbases. [m]"),
+]
 
 Jobs = Annotated[
     int, typer.Option("--jobs", "-j", help="Processes of this machine.", min=1)
@@ -68,6 +92,28 @@ class ProgressLine:
         """Leave the line."""
         if self.shown:
             sys.stderr.write("\r\x1b[K")
+
+
+def lanes_of(
+    every: float | None, width: float | None, length: float | None
+) -> LaneChanges | None:
+    """Return the lane changes that options state; None where there are none.
+
+    Raises
+    ------
+    InputError
+        If a size is stated without a distance between them.
+    """
+    from rcc_sim.errors import InputError
+    from rcc_sim.simulate.run import LaneChanges
+
+    if every is None:
+        if width is not None or length is not None:
+            raise InputError(
+                "--lane-width and --lane-change-length need --lane-change-every"
+            )
+        return None
+    return LaneChanges(every, width, length)
 
 
 def tell_failures(progress: Progress, what: str) -> None:

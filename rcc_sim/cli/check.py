@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rcc_sim.cli.batches import Dask, Jobs
 from rcc_sim.cli.complete import vehicle_names
+from rcc_sim.cli.fleets import Asked, By, Each, List, one_log, run_fleet
 from rcc_sim.cli.output import Csv, Json, Output, emit, say
 
 if TYPE_CHECKING:
@@ -27,8 +30,12 @@ EXAMPLE = (
 
 def check(
     logs: Annotated[
-        list[str], typer.Argument(help="Logs: CSV, Parquet, or - for stdin.")
-    ],
+        list[str] | None,
+        typer.Argument(
+            help="Logs: CSV, Parquet, or - for stdin; with --each, or as a folder or "
+            "a pattern, a fleet."
+        ),
+    ] = None,
     vehicle: Annotated[
         str | None,
         typer.Option(
@@ -39,6 +46,15 @@ def check(
     strict: Annotated[
         bool, typer.Option("--strict", help="Exit 1 if a log is not sound.")
     ] = False,
+    each: Each = False,
+    list_: List = None,
+    by: By = None,
+    jobs: Jobs = 1,
+    dask: Dask = None,
+    html: Annotated[
+        Path | None,
+        typer.Option(help="Write a fleet as one HTML page.", metavar="F"),
+    ] = None,
     output: Output = None,
     csv: Csv = False,
     json: Json = False,
@@ -50,8 +66,19 @@ def check(
     error would be wrong to use. Nothing is silently repaired.
     """
     from rcc_sim.analyse.logcheck import report
+    from rcc_sim.errors import InputError
 
-    checks = _checked(logs, vehicle)
+    asked = Asked(
+        tuple(logs or ()), each, list_, tuple(by or ()), "", jobs, dask or "", html,
+        output, csv, json,
+    )  # fmt: skip
+    if asked.is_fleet:
+        _fleet(asked, vehicle, strict=strict)
+        return
+    one_log(asked)
+    if html is not None:
+        raise InputError("--html: belongs to a fleet", "add --each")
+    checks = _checked(logs or [], vehicle)
     for checked in checks:
         say(report.verdict(checked))
     read = sys.stdout.isatty() and not (json or csv or output)
@@ -59,6 +86,16 @@ def check(
     emit(report.document(checks), rows, json=json, csv=csv, output=output)
     if strict:
         _insist(checks)
+
+
+def _fleet(asked: Asked, vehicle: str | None, *, strict: bool) -> None:
+    from rcc_sim.batch.fleet_rows import CHECK, check_row
+    from rcc_sim.errors import CheckFailed
+
+    found = run_fleet(asked, "check", check_row, CHECK, {"vehicle": vehicle})
+    bad = found["logs"] - found["sound"]
+    if strict and bad:
+        raise CheckFailed(f"not sound: {bad:,} of {found['logs']:,} logs")
 
 
 def _checked(logs: list[str], vehicle: str | None) -> list[Checked]:

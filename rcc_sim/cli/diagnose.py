@@ -8,7 +8,27 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rcc_sim.cli.complete import effect_names, vehicle_names
+from rcc_sim.cli.batches import Dask, Jobs
+from rcc_sim.cli.complete import effect_names
+from rcc_sim.cli.fleets import (
+    Asked,
+    By,
+    CarColumn,
+    Each,
+    List,
+    one_log,
+    refuse_single,
+    run_fleet,
+)
+from rcc_sim.cli.logs import (
+    Hide,
+    Map,
+    Model,
+    Reader,
+    Repeats,
+    tell_notes,
+    write_page,
+)
 from rcc_sim.cli.output import Csv, Json, Output, atomic, emit, say
 
 if TYPE_CHECKING:
@@ -27,13 +47,14 @@ def register(app: typer.Typer) -> None:
 
 
 def diagnose(
+    vehicle: Model,
     logs: Annotated[
-        list[str], typer.Argument(help="Logs of one vehicle, all explained at once.")
-    ],
-    vehicle: Annotated[
-        str,
-        typer.Option(help="The model: a name or file.", autocompletion=vehicle_names),
-    ],
+        list[str] | None,
+        typer.Argument(
+            help="Logs of one vehicle, all explained at once; with --each, or as a "
+            "folder or a pattern, a fleet: each on its own."
+        ),
+    ] = None,
     withhold: Annotated[
         list[str] | None,
         typer.Option(
@@ -42,10 +63,7 @@ def diagnose(
             autocompletion=effect_names,
         ),
     ] = None,
-    hide: Annotated[
-        list[str] | None,
-        typer.Option(help="Leave a logged column out; repeatable.", metavar="COLUMN"),
-    ] = None,
+    hide: Hide = None,
     candidates: Annotated[
         list[str] | None,
         typer.Option(
@@ -58,20 +76,9 @@ def diagnose(
         list[str] | None,
         typer.Option(help="A log that is only judged; repeatable.", metavar="LOG"),
     ] = None,
-    repeats: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="Another log of the same drive, to know the noise by; repeatable.",
-            metavar="LOG",
-        ),
-    ] = None,
-    reader: Annotated[
-        str | None, typer.Option(help="Force a reader; the file tells otherwise.")
-    ] = None,
-    map_: Annotated[
-        str | None,
-        typer.Option("--map", help="Column map: a TOML file or a shipped name."),
-    ] = None,
+    repeats: Repeats = None,
+    reader: Reader = None,
+    map_: Map = None,
     write_vehicle: Annotated[
         Path | None,
         typer.Option(help="Write the mended vehicle.", metavar="F.toml"),
@@ -90,6 +97,12 @@ def diagnose(
     html: Annotated[
         Path | None, typer.Option(help="Write it as a page.", metavar="F.html")
     ] = None,
+    each: Each = False,
+    list_: List = None,
+    by: By = None,
+    car: CarColumn = None,
+    jobs: Jobs = 1,
+    dask: Dask = None,
     output: Output = None,
     csv: Csv = False,
     json: Json = False,
@@ -99,14 +112,42 @@ def diagnose(
     Null, every effect, sets of them and something unknown compete; the vehicle
     file's sds are tolerances. Causes are proven on stretches that no fit saw.
     """
+    asked = Asked(
+        tuple(logs or ()), each, list_, tuple(by or ()), car or "", jobs, dask or "",
+        html, output, csv, json,
+    )  # fmt: skip
+    if asked.is_fleet:
+        refuse_single(
+            {
+                "--repeats": repeats,
+                "--holdout": holdout,
+                "--write-vehicle": write_vehicle,
+                "--profiles": profiles,
+                "--next-run": next_run,
+            }
+        )
+        options = {"vehicle": vehicle, "withhold": withhold, "hide": hide}
+        options |= {"candidates": candidates, "reader": reader, "map": map_}
+        _fleet(asked, options)
+        return
+    one_log(asked)
+    logs = logs or []
     found = _found(
         logs, vehicle, withhold or [], hide or [], candidates or [], holdout or [],
         repeats or [], reader, map_,
     )  # fmt: skip
     _write(found, write_vehicle, profiles, next_run)
     if html is not None:
-        _page(found, html, [*logs, vehicle])
+        from rcc_sim.report.diagnosis_page import diagnosis_page
+
+        write_page(diagnosis_page(found, [*logs, vehicle]), html)
     _deliver(found, output, csv=csv, json=json)
+
+
+def _fleet(asked: Asked, options: dict[str, Any]) -> None:
+    from rcc_sim.batch.fleet_rows import DIAGNOSE, diagnose_row
+
+    run_fleet(asked, "diagnose", diagnose_row, DIAGNOSE, options)
 
 
 def _found(
@@ -149,16 +190,6 @@ def _found(
         )
 
 
-def _page(found: Diagnosis, path: Path, inputs: list[str]) -> None:
-    from rcc_sim.report.diagnosis_page import diagnosis_page
-    from rcc_sim.report.html import write_html
-
-    page = diagnosis_page(found, inputs)
-    with atomic(path) as file:
-        write_html(page, file)
-    say(f"wrote {path}")
-
-
 def _write(
     found: Diagnosis,
     vehicle: Path | None,
@@ -182,15 +213,14 @@ def _write(
 def _deliver(found: Diagnosis, output: Path | None, *, csv: bool, json: bool) -> None:
     from rcc_sim.diagnose.deliver import screen
 
-    for finding in found.document()["findings"]:
-        if finding["severity"] != "info":
-            say(f"note: {finding['channel']} {finding['what']}; {finding['action']}")
+    tell_notes(found.gaps[0].findings)
     if output is None and sys.stdout.isatty() and not (json or csv):
         for line in screen(found):
             typer.echo(line)
         return
+    document = found.document()
     rows = [
         {k: v for k, v in row.items() if not isinstance(v, dict | list)}
-        for row in found.document()["ranking"]
+        for row in document["ranking"]
     ]
-    emit(found.document(), rows, json=json, csv=csv, output=output)
+    emit(document, rows, json=json, csv=csv, output=output)

@@ -9,7 +9,8 @@ import typer
 
 from rcc_sim.cli.batches import Draws, Seed
 from rcc_sim.cli.complete import vehicle_names
-from rcc_sim.cli.output import Csv, Json, Output, atomic, emit, say, sketch, warn
+from rcc_sim.cli.logs import Html, Plot, write_page
+from rcc_sim.cli.output import Csv, Json, Output, emit, sketch, warn
 
 if TYPE_CHECKING:
     from rcc_sim.analyse.energy import EnergyReport
@@ -58,12 +59,8 @@ def energy(
     ] = False,
     draws: Draws = None,
     seed: Seed = 0,
-    plot: Annotated[
-        Path | None, typer.Option(help="Draw it: PNG, SVG or PDF.", metavar="F")
-    ] = None,
-    html: Annotated[
-        Path | None, typer.Option(help="Write it as one HTML page.", metavar="F")
-    ] = None,
+    plot: Plot = None,
+    html: Html = None,
     output: Output = None,
     csv: Csv = False,
     json: Json = False,
@@ -91,7 +88,9 @@ def energy(
 
         save(plot_energy(drives, reports), plot)
     if html is not None:
-        _write_page(html, drives, reports, traces)
+        from rcc_sim.report.energy_page import energy_page
+
+        write_page(energy_page(drives, reports, traces), html)
     battery = _battery(vehicle)
     table = _regime_rows(reports) if regimes else rows(*reports, **battery)
     emit(
@@ -105,18 +104,6 @@ def energy(
     for drive in drives:
         if "battery_power_w" in drive:
             sketch(f"{drive.name} power", drive["battery_power_w"].tolist(), "W")
-
-
-def _write_page(
-    html: Path, drives: list[Trace], reports: list[EnergyReport], inputs: list[str]
-) -> None:
-    from rcc_sim.report.energy_page import energy_page
-    from rcc_sim.report.html import write_html
-
-    page = energy_page(drives, reports, inputs)
-    with atomic(html) as file:
-        write_html(page, file)
-    say(f"wrote {html}")
 
 
 def _intervals(

@@ -4,12 +4,32 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rcc_sim.cli.complete import vehicle_names
-from rcc_sim.cli.output import Csv, Json, Output, atomic, emit, say
+from rcc_sim.cli.batches import Dask, Jobs
+from rcc_sim.cli.fleets import (
+    Asked,
+    By,
+    Each,
+    List,
+    one_log,
+    refuse_single,
+    run_fleet,
+)
+from rcc_sim.cli.logs import (
+    Hide,
+    Html,
+    Map,
+    Model,
+    Plot,
+    Reader,
+    Repeats,
+    tell_notes,
+    write_page,
+)
+from rcc_sim.cli.output import Csv, Json, Output, emit, say
 
 if TYPE_CHECKING:
     from rcc_sim.analyse.gap import Gap
@@ -27,37 +47,25 @@ def register(app: typer.Typer) -> None:
 
 
 def gap(
-    log: Annotated[
-        str, typer.Argument(help="CSV, Parquet, bag, MCAP, MF4, or - for stdin.")
-    ],
-    vehicle: Annotated[
-        str,
-        typer.Option(help="The model: a name or file.", autocompletion=vehicle_names),
-    ],
-    hide: Annotated[
+    vehicle: Model,
+    logs: Annotated[
         list[str] | None,
-        typer.Option(help="Leave a logged column out; repeatable.", metavar="COLUMN"),
-    ] = None,
-    repeats: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="Another log of the same drive, to know the noise by; repeatable.",
-            metavar="LOG",
+        typer.Argument(
+            help="CSV, Parquet, bag, MCAP, MF4, or - for stdin; several, a folder or "
+            "a pattern are a fleet."
         ),
     ] = None,
-    reader: Annotated[
-        str | None, typer.Option(help="Force a reader; the file tells otherwise.")
-    ] = None,
-    map_: Annotated[
-        str | None,
-        typer.Option("--map", help="Column map: a TOML file or a shipped name."),
-    ] = None,
-    plot: Annotated[
-        Path | None, typer.Option(help="Draw it: PNG, SVG or PDF.", metavar="F")
-    ] = None,
-    html: Annotated[
-        Path | None, typer.Option(help="Write it as one HTML page.", metavar="F")
-    ] = None,
+    hide: Hide = None,
+    repeats: Repeats = None,
+    reader: Reader = None,
+    map_: Map = None,
+    plot: Plot = None,
+    html: Html = None,
+    each: Each = False,
+    list_: List = None,
+    by: By = None,
+    jobs: Jobs = 1,
+    dask: Dask = None,
     output: Output = None,
     csv: Csv = False,
     json: Json = False,
@@ -69,6 +77,15 @@ def gap(
     A gap is none within twice u_val, which joins noise, the file's sds and the time
     step (ASME V&V 20). Nothing is fitted.
     """
+    asked = Asked(
+        tuple(logs or ()), each or len(logs or ()) > 1, list_, tuple(by or ()), "",
+        jobs, dask or "", html, output, csv, json,
+    )  # fmt: skip
+    if asked.is_fleet:
+        refuse_single({"--repeats": repeats, "--plot": plot})
+        _fleet(asked, {"vehicle": vehicle, "hide": hide, "reader": reader, "map": map_})
+        return
+    log = one_log(asked)
     found = _found(log, vehicle, hide or [], repeats or [], reader, map_)
     if plot is not None:
         from rcc_sim.report.gap_plot import plot_gap
@@ -76,18 +93,16 @@ def gap(
 
         save(plot_gap(found), plot)
     if html is not None:
-        _write_page(html, found, [log, vehicle, *(repeats or [])])
+        from rcc_sim.report.gap_page import gap_page
+
+        write_page(gap_page(found, [log, vehicle, *(repeats or [])]), html)
     _deliver(found, output, csv=csv, json=json)
 
 
-def _write_page(html: Path, found: Gap, inputs: list[str]) -> None:
-    from rcc_sim.report.gap_page import gap_page
-    from rcc_sim.report.html import write_html
+def _fleet(asked: Asked, options: dict[str, Any]) -> None:
+    from rcc_sim.batch.fleet_rows import GAP, gap_row
 
-    page = gap_page(found, inputs)
-    with atomic(html) as file:
-        write_html(page, file)
-    say(f"wrote {html}")
+    run_fleet(asked, "gap", gap_row, GAP, options)
 
 
 def _found(
@@ -114,19 +129,9 @@ def _deliver(found: Gap, output: Path | None, *, csv: bool, json: bool) -> None:
     from rcc_sim.analyse import gap_report as report
 
     say(report.headline(found))
-    for note in (*_beware(found), *found.notes):
-        say(f"note: {note}")
+    tell_notes(found.findings, found.notes)
     if output is None and sys.stdout.isatty() and not (json or csv):
         for title, table in report.tables(found):
             emit(None, table, title=title)
         return
     emit(report.document(found), report.rows(found), json=json, csv=csv, output=output)
-
-
-def _beware(found: Gap) -> list[str]:
-    """Return what was found wrong with the log, worse than a note."""
-    return [
-        f"{finding.channel} {finding.what}; {finding.action}"
-        for finding in found.findings
-        if finding.severity != "info"
-    ]

@@ -7,8 +7,16 @@ from typing import Annotated
 
 import typer
 
-from rcc_sim.cli.batches import Dask, Jobs, Seed
-from rcc_sim.cli.complete import cycle_names, vehicle_names
+from rcc_sim.cli.batches import (
+    Cycle,
+    Dask,
+    Imposed,
+    Jobs,
+    LaneEvery,
+    Seed,
+    Vehicle,
+    lanes_of,
+)
 from rcc_sim.cli.output import Csv, Json, Output, emit
 from rcc_sim.cli.overrides import Own, Set, With, Without, changed_vehicle
 
@@ -26,17 +34,8 @@ EXAMPLE = (
 
 
 def sensitivity(
-    vehicle: Annotated[
-        str, typer.Argument(help="Name or file.", autocompletion=vehicle_names)
-    ],
-    cycle: Annotated[
-        str,
-        typer.Option(
-            "--cycle",
-            help="Name, file, slice as udds[20:125], or - for stdin.",
-            autocompletion=cycle_names,
-        ),
-    ],
+    vehicle: Vehicle,
+    cycle: Cycle,
     of: Annotated[
         list[str] | None,
         typer.Option(
@@ -55,15 +54,8 @@ def sensitivity(
             "--vary", metavar="KEY=lo:hi", help="Vary this too, evenly between."
         ),
     ] = None,
-    imposed: Annotated[
-        bool,
-        typer.Option(
-            "--imposed", help="Take the cycle's speed as it is, at its own step."
-        ),
-    ] = False,
-    lane_change_every: Annotated[
-        float | None, typer.Option(help="Distance between lane changes. [m]")
-    ] = None,
+    imposed: Imposed = False,
+    lane_change_every: LaneEvery = None,
     effect: Own = None,
     with_: With = None,
     without: Without = None,
@@ -85,10 +77,9 @@ def sensitivity(
     from rcc_sim.batch.runs import Manoeuvre
     from rcc_sim.batch.sobol import sobol_indices
     from rcc_sim.definitions.cycle import parse_cycle
-    from rcc_sim.simulate.run import LaneChanges
 
     car = changed_vehicle(vehicle, set_, with_, without, effect)
-    lanes = None if lane_change_every is None else LaneChanges(lane_change_every)
+    lanes = lanes_of(lane_change_every, None, None)
     rows = sobol_indices(
         car,
         parse_cycle(cycle, sys.stdin),

@@ -8,16 +8,26 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rcc_sim.cli.batches import Draws, Jobs, Seed
-from rcc_sim.cli.complete import cycle_names, vehicle_names
+from rcc_sim.cli.batches import (
+    CYCLE,
+    Draws,
+    Imposed,
+    Jobs,
+    LaneEvery,
+    LaneLength,
+    LaneWidth,
+    Seed,
+    Vehicle,
+    lanes_of,
+)
 from rcc_sim.cli.output import Csv, Json, Output, atomic, emit, say, warn
 from rcc_sim.cli.overrides import Own, Set, With, Without, changed_vehicle
 
 if TYPE_CHECKING:
     from rcc_sim.analyse.energy import EnergyReport
     from rcc_sim.definitions.cycle import Cycle
-    from rcc_sim.definitions.vehicle import Vehicle
-    from rcc_sim.simulate.run import LaneChanges, Profile, Run
+    from rcc_sim.definitions.vehicle import Vehicle as Car
+    from rcc_sim.simulate.run import Profile, Run
 
 
 def register(app: typer.Typer) -> None:
@@ -32,33 +42,12 @@ EXAMPLE = (
 
 
 def simulate(
-    vehicle: Annotated[
-        str, typer.Argument(help="Name or file.", autocompletion=vehicle_names)
-    ],
-    cycle: Annotated[
-        str | None,
-        typer.Option(
-            "--cycle",
-            help="Name, file, slice as udds[20:125], or - for stdin.",
-            autocompletion=cycle_names,
-        ),
-    ] = None,
-    imposed: Annotated[
-        bool,
-        typer.Option(
-            "--imposed", help="Take the cycle's speed as it is, at its own step."
-        ),
-    ] = False,
-    lane_change_every: Annotated[
-        float | None, typer.Option(help="Distance between lane changes. [m]")
-    ] = None,
-    lane_width: Annotated[
-        float | None, typer.Option(help="Default: one wheelbase. [m]")
-    ] = None,
-    lane_change_length: Annotated[
-        float | None,
-        typer.Option(help="Distance of one change; default: 20 wheelbases. [m]"),
-    ] = None,
+    vehicle: Vehicle,
+    cycle: Annotated[str | None, CYCLE] = None,
+    imposed: Imposed = False,
+    lane_change_every: LaneEvery = None,
+    lane_width: LaneWidth = None,
+    lane_change_length: LaneLength = None,
     steer_log: Annotated[
         str | None,
         typer.Option(help="CSV with time_s, steer_cmd_rad, to steer by.", metavar="F"),
@@ -123,7 +112,7 @@ def simulate(
         raise InputError("--draws and --substeps: many runs take one step a tick")
     how: dict[str, Any] = {
         "imposed": imposed,
-        "lanes": _lanes(lane_change_every, lane_width, lane_change_length),
+        "lanes": lanes_of(lane_change_every, lane_width, lane_change_length),
         "steer": _steer(steer_log, lane_change_every),
         "throttle": throttle,
         "slope": _road(road_log),
@@ -145,7 +134,7 @@ def simulate(
 
 
 def _intervals(
-    car: Vehicle,
+    car: Car,
     drive: Cycle,
     how: dict[str, Any],
     draws: int,
@@ -167,21 +156,6 @@ def _intervals(
         warn(f"{found.failed} of {found.count} draws are no vehicle and left out")
     title = f"{car.name} on {drive.name}, {found.count} draws of {len(found.keys)} keys"
     emit(document(found), rows(found), json=json, csv=csv, title=title)
-
-
-def _lanes(
-    every: float | None, width: float | None, length: float | None
-) -> LaneChanges | None:
-    from rcc_sim.errors import InputError
-    from rcc_sim.simulate.run import LaneChanges
-
-    if every is None:
-        if width is not None or length is not None:
-            raise InputError(
-                "--lane-width and --lane-change-length need --lane-change-every"
-            )
-        return None
-    return LaneChanges(every, width, length)
 
 
 def _drive(cycle: str | None, throttle_log: str | None) -> tuple[Cycle, Profile | None]:

@@ -9,14 +9,19 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rcc_sim.cli.batches import (
+    Cycle,
     Dask,
+    Imposed,
     Jobs,
+    LaneEvery,
+    LaneLength,
+    LaneWidth,
     Method,
     ProgressLine,
     Seed,
+    Vehicle,
     tell_failures,
 )
-from rcc_sim.cli.complete import cycle_names, vehicle_names
 from rcc_sim.cli.output import Json, emit, say, warn
 from rcc_sim.cli.overrides import Own, With, Without, changed_vehicle
 
@@ -24,7 +29,7 @@ if TYPE_CHECKING:
     from rcc_sim.batch.batch import Progress
     from rcc_sim.batch.plan import Plan
     from rcc_sim.batch.runs import Sweep
-    from rcc_sim.definitions.vehicle import Vehicle
+    from rcc_sim.definitions.vehicle import Vehicle as Car
     from rcc_sim.simulate.run import LaneChanges
 
 
@@ -40,17 +45,8 @@ EXAMPLE = (
 
 
 def sweep(
-    vehicle: Annotated[
-        str, typer.Argument(help="Name or file.", autocompletion=vehicle_names)
-    ],
-    cycle: Annotated[
-        str,
-        typer.Option(
-            "--cycle",
-            help="Name, file, slice as udds[20:125], or - for stdin.",
-            autocompletion=cycle_names,
-        ),
-    ],
+    vehicle: Vehicle,
+    cycle: Cycle,
     output: Annotated[
         Path,
         typer.Option(
@@ -84,22 +80,10 @@ def sweep(
         Path | None,
         typer.Option(metavar="F", help="CSV of draws: keys, then a row a draw."),
     ] = None,
-    imposed: Annotated[
-        bool,
-        typer.Option(
-            "--imposed", help="Take the cycle's speed as it is, at its own step."
-        ),
-    ] = False,
-    lane_change_every: Annotated[
-        float | None, typer.Option(help="Distance between lane changes. [m]")
-    ] = None,
-    lane_width: Annotated[
-        float | None, typer.Option(help="Default: one wheelbase. [m]")
-    ] = None,
-    lane_change_length: Annotated[
-        float | None,
-        typer.Option(help="Distance of one change; default: 20 wheelbases. [m]"),
-    ] = None,
+    imposed: Imposed = False,
+    lane_change_every: LaneEvery = None,
+    lane_width: LaneWidth = None,
+    lane_change_length: LaneLength = None,
     effect: Own = None,
     with_: With = None,
     without: Without = None,
@@ -141,7 +125,7 @@ def _vehicle(
     added: list[str] | None,
     removed: list[str] | None,
     files: list[str] | None,
-) -> tuple[Vehicle, list[str]]:
+) -> tuple[Car, list[str]]:
     """Return the vehicle with what is no number set, and the axes that are."""
     from rcc_sim.batch.plan import is_axis
 
@@ -163,7 +147,7 @@ def _lanes(
 
 
 def _plan(
-    car: Vehicle,
+    car: Car,
     axes: list[str],
     draws_file: Path | None,
     draw: int | None,
@@ -193,7 +177,7 @@ def _plan(
 
 
 def _task(
-    car: Vehicle,
+    car: Car,
     cycle: str,
     plan: Plan,
     lanes: LaneChanges | None,

@@ -20,6 +20,7 @@ from rcc_sim.diagnose.noise import (
     weights,
 )
 from rcc_sim.diagnose.problem import Problem
+from rcc_sim.jit import threads
 from rcc_sim.simulate.smooth import is_rough
 
 Array = NDArray[np.float64]
@@ -39,7 +40,6 @@ is a tick late would outweigh the drive."""
 STRETCHES = 25
 """Stretches of a log over which gains are told apart."""
 
-WORKERS = 2
 SHORTER = (1.0, 0.4, 0.1)
 """Shares of a step that are tried in turn."""
 
@@ -121,7 +121,7 @@ class Engine:
 
     def __init__(self, problems: Sequence[Problem]) -> None:
         self.problems = tuple(problems)
-        self.pool = ThreadPoolExecutor(WORKERS)
+        self.pool = ThreadPoolExecutor(threads())
         self.tracks = [(i, c) for i, p in enumerate(problems) for c in p.channels]
         self.valid, self.grows_with, self.edges, self.least = [], [], [], []
         for p in problems:

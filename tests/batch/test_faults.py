@@ -13,16 +13,33 @@ import psutil
 import pytest
 
 RUNS = 8_000
-COMMAND = [
-    *(sys.executable, "-m", "rcc_sim", "sweep", "r1t_epa", "--cycle", "udds"),
-    *("--imposed", "--draw", str(RUNS // 2), "--set", "lanes.every=none,50"),
-]
+LOGS = 150
+RCCSIM = (sys.executable, "-m", "rcc_sim")
+COMMANDS = {
+    "sweep": [
+        *(*RCCSIM, "sweep", "r1t_epa", "--cycle", "udds", "--imposed"),
+        *("--draw", str(RUNS // 2), "--set", "lanes.every=none,50"),
+    ],
+    "fleet": [*RCCSIM, "check", "logs", "--vehicle", "rcc"],
+}
+ENDS = {"sweep": f"{RUNS:,} runs", "fleet": f"{LOGS:,} logs"}
 
 
-def started(output, jobs):
-    """Start the sweep in a process of its own."""
+def written(folder):
+    """Write the logs of a fleet, each with noise of its own, and one that is none."""
+    from benchmarks.fleet import written
+
+    folder.mkdir()
+    list(written(folder, LOGS - 1))
+    (folder / "none.csv").write_text("no log\n")
+
+
+def started(command, output, jobs):
+    """Start a batch in a process of its own."""
     return subprocess.Popen(
-        [*COMMAND, "--jobs", str(jobs), "-o", str(output)],
+        [*COMMANDS[command], "--jobs", str(jobs), "-o", str(output)],
+        cwd=output.parent,
+        stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
         text=True,
     )
@@ -51,15 +68,18 @@ def _words(process):
 
 @pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="there are no such signals")
-def test_twenty_kills_at_random_lose_and_double_nothing(tmp_path):
-    undisturbed = started(tmp_path / "whole", jobs=1)
+@pytest.mark.parametrize("command", COMMANDS)
+def test_twenty_kills_at_random_lose_and_double_nothing(tmp_path, command):
+    if command == "fleet":
+        written(tmp_path / "logs")
+    undisturbed = started(command, tmp_path / "whole", jobs=1)
     assert undisturbed.wait(timeout=120) == 0
     whole = parts(tmp_path / "whole")
     dice = random.Random(4)
     killed = {"main": 0, "worker": 0}
     out = tmp_path / "out"
     while sum(killed.values()) < 20:
-        process = started(out, jobs=2)
+        process = started(command, out, jobs=2)
         before, until = len(parts(out)), time.monotonic() + 60
         while process.poll() is None and time.monotonic() < until:
             if len(parts(out)) > before:  # at work: now it may happen
@@ -86,9 +106,9 @@ def test_twenty_kills_at_random_lose_and_double_nothing(tmp_path):
             if sum(killed.values()) < 20:
                 for name in list(done)[::2]:  # there is more to lose
                     (out / name).unlink()
-    last = started(out, jobs=2)
+    last = started(command, out, jobs=2)
     _, errors = last.communicate(timeout=120)
     assert last.returncode == 0, errors
     assert parts(out) == whole
-    assert f"{RUNS:,} runs" in errors
+    assert ENDS[command] in errors
     assert min(killed.values()) >= 5

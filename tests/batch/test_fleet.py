@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 
 import numpy as np
@@ -10,10 +11,13 @@ import pytest
 
 from rcc_sim.batch.batch import run_batch
 from rcc_sim.batch.engine import Engine
-from rcc_sim.batch.fleet import Fleet, check_row, logs_of, recurring
+from rcc_sim.batch.fleet import Fleet, rows_in
+from rcc_sim.batch.fleet_logs import Entry, entries_of, is_many, logs_of, read_list
+from rcc_sim.batch.fleet_rows import CHECK, TEMPERATURE, check_row, context
+from rcc_sim.batch.fleet_summary import recurring, summary
 from rcc_sim.errors import InputError
 from rcc_sim.simulate.run import simulate
-from rcc_sim.trace import write_trace
+from rcc_sim.trace import Trace, write_trace
 from tests.batch.test_runs import DRIVE
 from tests.cars import car
 
@@ -38,9 +42,9 @@ def logs(tmp_path, monkeypatch):
     return folder
 
 
-def fleet(names=("logs",), **options):
+def fleet(names=("logs",), lists=None):
     """Return the batch that checks some logs."""
-    return Fleet("check", check_row, logs_of(names), {"vehicle": None, **options})
+    return Fleet("check", check_row, entries_of(names, lists), CHECK)
 
 
 def rows(place):
@@ -58,6 +62,7 @@ def test_a_log_that_cannot_be_read_is_a_row_with_its_error(logs):
     assert progress.failed == 1
     assert found[0]["duration_s"] == pytest.approx(DRIVE.duration)
     assert "d.csv" in found[3]["error"]
+    assert str(logs.parent) not in found[3]["error"]
 
 
 def test_two_processes_give_the_rows_of_one(logs):
@@ -69,12 +74,31 @@ def test_two_processes_give_the_rows_of_one(logs):
     }
 
 
+def test_the_parts_of_a_folder_are_one_dataset_whatever_each_log_holds(logs):
+    run_batch(fleet(), logs.parent / "out")
+    assert rows(logs.parent / "out") == list(
+        rows_in(logs.parent / "out", fleet().manifest)
+    )
+
+
 def test_a_log_that_changed_makes_another_batch(logs):
     run_batch(fleet(), logs.parent / "out")
     with (logs / "a.csv").open("a") as file:
         file.write("\n")
     with pytest.raises(InputError, match="another plan"):
         run_batch(fleet(), logs.parent / "out")
+
+
+def test_a_model_that_changed_makes_another_batch(logs, tmp_path):
+    model = tmp_path / "car.toml"
+    model.write_text('[vehicle]\nextends = "rcc"\nname = "car"\n')
+    one = Fleet("check", check_row, (Entry("logs/a.csv"),), CHECK, {}, (str(model),))
+    before = one.manifest.digest
+    model.write_text(
+        '[vehicle]\nextends = "rcc"\nname = "car"\n[body]\nmass_kg = 4.0\n'
+    )
+    again = Fleet("check", check_row, (Entry("logs/a.csv"),), CHECK, {}, (str(model),))
+    assert again.manifest.digest != before
 
 
 def test_a_finding_that_recurs_is_counted_once_a_log():
@@ -93,5 +117,96 @@ def test_a_finding_that_recurs_is_counted_once_a_log():
 def test_folders_patterns_and_paths_name_logs_each_once(logs):
     assert logs_of(["logs"]) == logs_of(["logs/*.csv"])
     assert len(logs_of(["logs", "logs/a.csv"])) == 4
-    with pytest.raises(InputError, match="no logs there"):
+    with pytest.raises(InputError, match="matches no logs"):
         logs_of(["logs/*.mcap"])
+
+
+def test_an_empty_folder_is_an_error_that_names_it(tmp_path):
+    with pytest.raises(InputError, match="the folder holds no logs"):
+        logs_of([str(tmp_path)])
+
+
+def test_a_folder_that_is_one_bag_is_one_log(tmp_path):
+    bag = tmp_path / "drives" / "first"
+    bag.mkdir(parents=True)
+    (bag / "metadata.yaml").write_text("x\n")
+    (bag / "first_0.db3").write_text("x\n")
+    assert logs_of([str(tmp_path / "drives")]) == (str(bag),)
+    assert logs_of([str(bag)]) == (str(bag),)
+    assert not is_many(str(bag))
+    assert is_many(str(tmp_path / "drives"))
+
+
+def test_a_list_gives_each_log_its_model_and_labels():
+    text = "log,vehicle,car,ambient_temperature_degc\na.csv,rcc,x,4\nb.csv,,y,\n"
+    first, second = read_list(io.StringIO(text))
+    assert first == Entry("a.csv", "rcc", {"car": "x", TEMPERATURE: 4.0})
+    assert second == Entry("b.csv", "", {"car": "y"})
+    plain = read_list(io.StringIO("a.csv\n\nfolder/b, c.csv\n"))
+    assert [entry.log for entry in plain] == ["a.csv", "folder/b, c.csv"]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "the list is empty"),
+        ("log,car\n", "the list is empty"),
+        ("log,car\na.csv\n", "line 2: should have a log and 2 cells"),
+        ("log,car\n,x\n", "line 2: should have a log"),
+        ("log,car,car\na,b,c\n", "line 1: should name each column once"),
+    ],
+)
+def test_a_list_that_is_none_is_an_error_that_names_the_line(text, said):
+    with pytest.raises(InputError, match=said):
+        read_list(io.StringIO(text))
+
+
+def test_a_missing_log_of_a_list_is_a_row(logs):
+    lists = io.StringIO("log,car\nlogs/a.csv,x\nlogs/gone.csv,y\n")
+    run_batch(fleet((), lists), logs.parent / "out")
+    good, gone = rows(logs.parent / "out")
+    assert (good["error"], good["car"]) == (None, "x")
+    assert "gone.csv: cannot be read" in gone["error"]
+    assert gone["car"] == "y"
+
+
+def test_a_log_tells_its_day_and_weather_where_it_holds_them():
+    t = 1_767_225_600.0 + np.arange(20.0)  # 2026-01-01T00:00:00Z
+    trace = Trace(
+        {
+            "time_s": t,
+            "speed_mps": t - t[0],
+            TEMPERATURE: np.full(20, 6.5),
+            "tyre_pressure_pa": np.full(20, 2.1e5),
+        }
+    )
+    told = context(trace)
+    assert (told["date"], told[TEMPERATURE]) == ("2026-01-01", 6.5)
+    assert told["constants"] == '{"tyre_pressure_pa": 210000.0}'
+
+
+def row(**known):
+    """Return a row of `gap`."""
+    base = {"error": None, "vehicle": "v", "measured_wh": 10.0, "simulated_wh": 9.0}
+    base |= {"gap_wh": 1.0, "gap_percent": 10.0, "within": False, "findings": []}
+    return {"log": "l", **base, **known}
+
+
+def test_a_summary_sums_energies_and_gathers_by_class():
+    found = summary(
+        [
+            row(**{TEMPERATURE: 1.0}),
+            row(**{TEMPERATURE: 4.0, "gap_wh": 2.0, "gap_percent": 20.0}),
+            row(**{TEMPERATURE: -3.0, "within": True}),
+            row(error="no log"),
+        ],
+        "gap",
+    )
+    assert (found["logs"], found["failed"]) == (4, 1)
+    assert found["energy"]["gap_percent"] == pytest.approx(100 * 4 / 30)
+    assert found["energy"]["within"] == 1
+    assert [(c[TEMPERATURE], c["logs"]) for c in found["by"][TEMPERATURE]] == [
+        ("-5 to 0", 1),
+        ("0 to 5", 2),
+    ]
+    assert found["by"]["vehicle"][0]["logs"] == 3

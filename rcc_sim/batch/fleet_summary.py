@@ -1,0 +1,299 @@
+"""What the rows of a fleet come to: which effect, how often, how much, and where."""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import islice
+from typing import Any
+
+import numpy as np
+
+from rcc_sim.batch.fleet_rows import TEMPERATURE
+from rcc_sim.diagnose.pool import Evidence, unpacked
+from rcc_sim.diagnose.pooled import Common, Explained, Pooled, pool
+
+Row = Mapping[str, Any]
+
+SCHEMA = "rccsim.fleet/1"
+
+DEGREES = 5.0
+"""Width of a class of temperature. [°C]"""
+
+MANY_DAYS = 31
+"""Days above which dates are gathered by month."""
+
+MOST_CLASSES = 50
+"""Classes of one column that a summary lists, the largest first."""
+
+MOST_KINDS = 20
+"""Kinds of failure that a summary lists."""
+
+BY = ("vehicle", TEMPERATURE, "date")
+"""Columns by which logs are gathered where none is named."""
+
+ENDS = (0.05, 0.95)
+
+PLAIN = 0.8
+"""Share of the logs that name a cause alone, from which on it is not a weak one."""
+
+
+def summary(
+    rows: Iterable[Row], command: str, *, by: Sequence[str] = (), car: str = ""
+) -> dict[str, Any]:
+    """Return what ``--json`` prints of a fleet.
+
+    Parameters
+    ----------
+    rows : iterable of mapping
+        In the order of the logs; gone through once.
+    command : str
+        check, gap or diagnose.
+    by : sequence of str
+        Columns by which logs are gathered; vehicle, temperature and date if none.
+    car : str
+        Column that names the car; a model is a car unless given.
+    """
+    good: list[Row] = []
+    groups: defaultdict[str, list[Evidence]] = defaultdict(list)
+    failures: Counter[str] = Counter()
+    first: dict[str, str] = {}
+    logs = 0
+    for row in rows:
+        logs += 1
+        if row["error"] is not None:
+            failures[row["error"]] += 1
+            first.setdefault(row["error"], row["log"])
+            continue
+        if row.get("pool"):
+            name = str(row.get(car or "vehicle"))
+            groups[name].append(unpacked(row["pool_columns"], row["pool"]))
+        good.append({k: v for k, v in row.items() if k not in ("pool", "pool_columns")})
+    columns = [name for name in by or BY if by or _told(good, name)]
+    return {
+        "schema": SCHEMA,
+        "command": command,
+        "logs": logs,
+        "failed": failures.total(),
+        "failures": [
+            {"error": error, "logs": n, "first": first[error]}
+            for error, n in failures.most_common(MOST_KINDS)
+        ],
+        **_whole(good, command),
+        "by": {name: _gathered(good, name, command) for name in columns},
+        **({"pooled": pooled(groups, good)} if command == "diagnose" else {}),
+    }
+
+
+def _told(rows: Sequence[Row], name: str) -> bool:
+    return any(row.get(name) is not None for row in rows)
+
+
+def _whole(rows: Sequence[Row], command: str) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    if command == "check":
+        found["sound"] = sum(bool(row["sound"]) for row in rows)
+    else:
+        found["energy"] = energy(rows)
+    if command == "diagnose":
+        found["status"] = dict(Counter(row["status"] for row in rows).most_common())
+        found["effects"] = effects(rows)
+    if command == "gap":
+        found["beyond"] = recurring(rows, "beyond")
+    found["findings"] = recurring(rows)
+    return found
+
+
+def energy(rows: Sequence[Row]) -> dict[str, Any]:
+    """Return the energies of logs: their sums, and how the gap scatters."""
+    known = [row for row in rows if row.get("gap_wh") is not None]
+    if not known:
+        return {"logs": 0}
+    measured = sum(row["measured_wh"] for row in known)
+    gap = sum(row["gap_wh"] for row in known)
+    percents = [r["gap_percent"] for r in known if r["gap_percent"] is not None]
+    return {
+        "logs": len(known),
+        "within": sum(bool(row["within"]) for row in known),
+        "measured_wh": measured,
+        "simulated_wh": sum(row["simulated_wh"] for row in known),
+        "gap_wh": gap,
+        "gap_percent": 100 * gap / measured if measured else None,
+        **_scatter("gap_percent", percents),
+    }
+
+
+def _scatter(name: str, values: Sequence[float]) -> dict[str, Any]:
+    if not values:
+        return {f"{name}_median": None, f"{name}_low": None, f"{name}_high": None}
+    low, middle, high = np.quantile(values, (ENDS[0], 0.5, ENDS[1]))
+    return {
+        f"{name}_median": float(middle),
+        f"{name}_low": float(low),
+        f"{name}_high": float(high),
+    }
+
+
+def effects(rows: Sequence[Row]) -> list[dict[str, Any]]:
+    """Return the causes that logs have on their own: how often, and how much."""
+    counts = recurring(rows, "causes")
+    for count in counts:
+        count["effect"] = count.pop("causes")
+        leading = [row for row in rows if row.get("cause") == count["effect"]]
+        count["first_cause_of"] = len(leading)
+        values = [r["value"] for r in leading if r.get("value") is not None]
+        count["parameter"] = next((r["parameter"] for r in leading), None)
+        count |= {
+            key.replace("value_", ""): x for key, x in _scatter("value", values).items()
+        }
+        gaps = [r["gap_percent"] for r in leading if r["gap_percent"] is not None]
+        count["gap_percent_median"] = float(np.median(gaps)) if gaps else None
+    return counts
+
+
+def recurring(rows: Iterable[Row], key: str = "findings") -> list[dict[str, Any]]:
+    """Return what the logs have in common: each finding, in how many, which first.
+
+    Parameters
+    ----------
+    rows : iterable of mapping
+        Rows of logs.
+    key : str
+        Column that lists what was found in a log.
+    """
+    logs = 0
+    count: Counter[str] = Counter()
+    first: dict[str, str] = {}
+    for row in rows:
+        if row.get("error") is not None:
+            continue
+        logs += 1
+        for name in dict.fromkeys(row.get(key) or ()):
+            count[name] += 1
+            first.setdefault(name, row["log"])
+    return [
+        {key: name, "logs": n, "share": n / logs, "first": first[name]}
+        for name, n in count.most_common()
+    ]
+
+
+def _gathered(rows: Sequence[Row], name: str, command: str) -> list[dict[str, Any]]:
+    """Return what the logs of each class of a column come to."""
+    label = _labels(rows, name)
+    classes: defaultdict[str, list[Row]] = defaultdict(list)
+    for row in rows:
+        classes[label(row.get(name))].append(row)
+    largest = sorted(classes, key=lambda c: -len(classes[c]))[:MOST_CLASSES]
+    numeric = any(isinstance(row.get(name), float) for row in rows)
+    found = []
+    for one in sorted(largest, key=_number if numeric else str):
+        mine = classes[one]
+        line: dict[str, Any] = {name: one, "logs": len(mine)}
+        if command == "check":
+            line["sound"] = sum(bool(r["sound"]) for r in mine)
+        else:
+            told = energy(mine)
+            keys = ("within", "gap_percent", "gap_percent_low", "gap_percent_high")
+            line |= {key: told.get(key) for key in keys}
+        key = "causes" if command == "diagnose" else "findings"
+        often = next(islice(recurring(mine, key), 1), None)
+        line[f"most_frequent_of_{key}"] = often and often[key]
+        line["share"] = often and often["share"]
+        found.append(line)
+    return found
+
+
+def _labels(rows: Sequence[Row], name: str) -> Any:
+    """Return the function from a cell to its class."""
+    values = {row.get(name) for row in rows} - {None}
+    if name == TEMPERATURE:
+        return lambda x: "–" if x is None else _degrees(x)
+    if name == "date" and len(values) > MANY_DAYS:
+        return lambda x: "–" if x is None else str(x)[:7]
+    return lambda x: "–" if x is None else str(x)
+
+
+def _degrees(x: float) -> str:
+    low = DEGREES * np.floor(x / DEGREES)
+    return f"{low:g} to {low + DEGREES:g}"
+
+
+def _number(label: str) -> tuple[float, str]:
+    try:
+        return float(label.split(" ")[0]), label
+    except ValueError:
+        return float("inf"), label
+
+
+def pooled(
+    groups: Mapping[str, Sequence[Evidence]], rows: Sequence[Row]
+) -> dict[str, Any]:
+    """Return what the logs show together, each too weak alone or not.
+
+    Parameters
+    ----------
+    groups : mapping
+        Car -> evidence of its logs.
+    rows : sequence of mapping
+        Rows of the logs, for what each names by itself.
+    """
+    found: Explained = pool(groups)
+    return {
+        "logs": sum(len(logs) for logs in groups.values()),
+        "cars": len(groups),
+        "causes": [_cause(cause, rows) for cause in found.causes],
+        "ranking": [
+            {"effect": p.effect, "parameter": _last(p.key), "nats": p.nats}
+            for p in found.ranking[:10]
+        ],
+    }
+
+
+def _cause(cause: Common, rows: Sequence[Row]) -> dict[str, Any]:
+    p = cause.found
+    named = sum(p.effect in (row.get("causes") or ()) for row in rows)
+    return {
+        "effect": p.effect,
+        **_figures(p),
+        **_plain(p, rows),
+        "nats_common": p.nats_common,
+        "most_nats_in_a_log": cause.largest,
+        "spread": p.spread,
+        "named_alone_in": named,
+        "indistinguishable_from": list(cause.tied),
+        "cars": [{"car": name, **_figures(q)} for name, q in cause.cars.items()],
+    }
+
+
+def _plain(p: Pooled, rows: Sequence[Row]) -> dict[str, Any]:
+    """Return the figure of a cause that hardly a log fails to name: from their fits.
+
+    What all logs say together holds for weak causes, to first order about none. The
+    interval stays that of a single log: what the file does not know is the same in all.
+    """
+    same = [
+        row
+        for row in rows
+        if row.get("cause") == p.effect and row["parameter"] == _last(p.key)
+    ]
+    if len(same) < PLAIN * p.logs:
+        return {"from": "all logs, to first order"}
+    value = float(np.median([row["value"] for row in same]))
+    half = float(np.median([row["high"] - row["low"] for row in same])) / 2
+    low, high = value - half, value + half
+    return {"value": value, "low": low, "high": high, "from": "the logs that name it"}
+
+
+def _figures(p: Pooled) -> dict[str, Any]:
+    return {
+        "parameter": _last(p.key),
+        "value": p.value,
+        "low": p.low,
+        "high": p.high,
+        "nats": p.nats,
+        "logs": p.logs,
+    }
+
+
+def _last(key: str) -> str:
+    return key.rpartition(".")[2]

@@ -1,0 +1,65 @@
+"""Options that commands over logs share, and what they tell of a log."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from rcc_sim.cli.complete import vehicle_names
+from rcc_sim.cli.output import atomic, say
+
+if TYPE_CHECKING:
+    from rcc_sim.analyse.logcheck.finding import Finding
+    from rcc_sim.report.findings import Report
+
+Model = Annotated[
+    str,
+    typer.Option(
+        "--vehicle", help="The model: a name or file.", autocompletion=vehicle_names
+    ),
+]
+Hide = Annotated[
+    list[str] | None,
+    typer.Option(help="Leave a logged column out; repeatable.", metavar="COLUMN"),
+]
+Repeats = Annotated[
+    list[str] | None,
+    typer.Option(
+        help="Another log of the same drive, to know the noise by; repeatable.",
+        metavar="LOG",
+    ),
+]
+Reader = Annotated[
+    str | None, typer.Option(help="Force a reader; the file tells otherwise.")
+]
+Map = Annotated[
+    str | None,
+    typer.Option("--map", help="Column map: a TOML file or a shipped name."),
+]
+Plot = Annotated[
+    Path | None, typer.Option(help="Draw it: PNG, SVG or PDF.", metavar="F")
+]
+Html = Annotated[
+    Path | None, typer.Option(help="Write it as one HTML page.", metavar="F")
+]
+
+
+def write_page(page: Report, path: Path) -> None:
+    """Write a report as an HTML page, whole or not at all."""
+    from rcc_sim.report.html import write_html
+
+    with atomic(path) as file:
+        write_html(page, file)
+    say(f"wrote {path}")
+
+
+def tell_notes(findings: Iterable[Finding], notes: Iterable[str] = ()) -> None:
+    """Say what was found wrong with a log, worse than a note, and other notes."""
+    for finding in findings:
+        if finding.severity != "info":
+            say(f"note: {finding.channel} {finding.what}; {finding.action}")
+    for note in notes:
+        say(f"note: {note}")
