@@ -101,12 +101,12 @@ def check_row(log: str, options: Mapping[str, Any]) -> Row:
 
     name = options.get("vehicle")
     car = model(name) if name else None
-    trace = read_log(log).trace
-    checked = check_log(trace, car)
+    reading = read_log(log)
+    checked = check_reading(reading, car)
     whole = report.document([checked])
     return {
         **({"vehicle": car.name} if car else {}),
-        **context(trace),
+        **context(reading.trace),
         **{key: whole[key] for key in ("sound", "rows", "rate_hz", "duration_s")},
         **{f"{severity}s": n for severity, n in whole["counts"].items()},
         **found(checked.findings),
