@@ -77,6 +77,8 @@ class Cause:
         Times more that it gained by the noise it leaves than by ``gain``.
     shares : ndarray
         Share of each track in what it changes.
+    screened : dict
+        Effect -> nats that it gained in the screen in which this one was found.
     """
 
     effect: str
@@ -87,6 +89,7 @@ class Cause:
     profiles: dict[int, Profile] = field(default_factory=dict)
     sharpened: float = 1.0
     shares: Array = field(default_factory=lambda: np.zeros(0))
+    screened: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -148,7 +151,7 @@ def compete(
                 continue
         if not (best and one) or best.trusted < needed_gain(causes, one.shares):
             break
-        causes.append(one)
+        causes.append(replace(one, screened=constant))
         current = engine.fit(best.fit.values, best.fit.knobs)
     told("leaving out what is not needed")
     causes, current = without_idle(engine, causes, current)

@@ -44,8 +44,8 @@ SAME = 3.0
 "strong" begins there)."""
 
 NEAR = 0.3
-"""Share of a cause's nats that another must promise, to first order, to be tried; at
-another strength a signal may have another shape."""
+"""Share of a cause's nats that another must have gained beside it to be tried; once
+other causes are known it may gain more."""
 
 ALIKE = 0.6
 """Share of a cause's nats that another must gain at its best strength to be fitted."""
@@ -135,8 +135,7 @@ def settled(
     for i, cause in enumerate(causes):
         if cause.profiles:
             continue
-        named = {c.effect for c in causes}
-        others = [c for c in candidates if c.effect not in named]
+        others = near(cause, causes, candidates)
         mine = rivals_of(engine, fit, cause.keys, others)
         if mine and mine[0].behind < -SAME:
             best = mine[0]
@@ -145,11 +144,19 @@ def settled(
                 cause, effect=best.effect, keys=keys, gain=cause.gain - best.behind
             )
             fit = engine.fit(best.fit.values, best.fit.knobs)
-            named = {c.effect for c in causes}
-            others = [c for c in candidates if c.effect not in named]
-            mine = rivals_of(engine, fit, keys, others)
+            mine = rivals_of(engine, fit, keys, near(cause, causes, candidates))
         found[causes[i].effect] = mine
     return Settled(fit, with_ties(causes, found), found)
+
+
+def near(
+    cause: Cause, causes: Sequence[Cause], candidates: Sequence[Candidate]
+) -> list[Candidate]:
+    """Return the candidates that came near a cause when it was taken in."""
+    named = {c.effect for c in causes}
+    least = NEAR * cause.screened.get(cause.effect, 0.0)
+    free = (c for c in candidates if c.effect not in named)
+    return [c for c in free if cause.screened.get(c.effect, inf) > least]
 
 
 def with_ties(
@@ -182,9 +189,8 @@ def rivals_of(
     screen = Screen(engine, base)
     own, _ = promise(screen, {k: fit.values[k] for k in keys})
 
-    hopes = engine.pool.map(lambda c: hope(screen, c), candidates)
-    close = [c for c, nats in zip(candidates, hopes, strict=True) if nats > NEAR * own]
-    screened = [s for s in engine.pool.map(screen.best, close) if s.gain > ALIKE * own]
+    tried = engine.pool.map(screen.best, candidates)
+    screened = [s for s in tried if s.gain > ALIKE * own]
     along = engine.whitened(base.signals, fit.noise)
     fits = engine.pool.map(
         lambda one: with_effect(engine, base, one, fit.noise, along), screened
@@ -226,20 +232,6 @@ def without(engine: Engine, fit: Fit, keys: Sequence[str]) -> Fit:
     values |= {k: stated[k].value for k in keys if k in stated}
     base = engine.evaluate(values, [k for _, k in kept], fit.noise)
     return replace(base, signals=[j for j, _ in kept])
-
-
-def hope(screen: Screen, candidate: Candidate) -> float:
-    """Nats that a candidate promises at a likely strength, or where that leads to."""
-    best = 0.0
-    for search in candidate.searches:
-        start = screen.base.values.get(search.key, search.neutral)
-        for x in search.grid or (search.first,):
-            nats, times = promise(screen, {search.key: x})
-            best = max(best, nats)
-            if not search.grid and 0 < times < inf:
-                x = min(max(start + times * (x - start), search.low), search.high)
-                best = max(best, promise(screen, {search.key: x})[0])
-    return best
 
 
 def promise(screen: Screen, values: dict[str, float]) -> tuple[float, float]:
