@@ -61,6 +61,7 @@ def answer(
         "hits": sum(any_alike(t, named) for t in true),
         "extra": sum(not any_alike(n, true) for n in named),
         "first": bool(named and any_alike(named[0], true)),
+        "ties": [list(c.get("indistinguishable_from", [])) for c in causes],
         "in_three": any(any_alike(n, true) for n in ranked[:3]),
         "claimed": diagnosis.get("shrink", {}).get("explained"),
     }

@@ -9,7 +9,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 from typing import Any
 
@@ -20,12 +20,17 @@ RESULTS = "results"
 SEEN = ("vehicle.toml", "log.csv.gz")
 """What a diagnosis sees of a case; the fresh drive comes into sight afterwards."""
 LIMIT = 300.0  # s for one command
+INTERRUPTED = 130  # exit status of a command that was interrupted
 
 Command = Callable[[Sequence[str], Path], dict[str, Any]]
 
 
 class NoAnswer(Exception):
     """A command gave no result; says why."""
+
+
+class Killed(NoAnswer):
+    """A command was ended from outside: no answer of its own, and none is kept."""
 
 
 def rccsim(words: Sequence[str], folder: Path) -> dict[str, Any]:
@@ -43,6 +48,8 @@ def rccsim(words: Sequence[str], folder: Path) -> dict[str, Any]:
         )
     except subprocess.TimeoutExpired:
         raise NoAnswer(f"took more than {LIMIT:g} s") from None
+    if done.returncode < 0 or done.returncode == INTERRUPTED:
+        raise Killed(f"ended from outside ({done.returncode})")
     if done.returncode not in (0, 1):
         lines = done.stderr.strip().splitlines() or ["no message"]
         raise NoAnswer(next((x for x in lines if x.startswith("error")), lines[-1]))
@@ -61,11 +68,12 @@ def run(
     again: bool = False,
     command: Command = rccsim,
 ) -> Iterator[dict[str, Any]]:
-    """Diagnose the cases of a folder; yield a line for each as it is done.
+    """Diagnose the cases of a folder; yield a line for each as soon as it is done.
 
     Results go to ``out/results``: NAME.json, the mended vehicle NAME.toml, and the
     profiles NAME.profiles.csv. What is there already is not done again, unless
-    ``again``.
+    ``again``; a case that was ended from outside leaves nothing, and is done next time.
+    Lines hold how many are ``done`` and how many there are ``of``.
 
     Raises
     ------
@@ -81,7 +89,13 @@ def run(
     wanted = [n for n in names if not only or n in only]
     todo = [n for n in wanted if again or not (results / f"{n}.json").exists()]
     with ThreadPoolExecutor(jobs) as pool:
-        yield from pool.map(lambda name: _one(out, name, command), todo)
+        orders = [pool.submit(_one, out, name, command) for name in todo]
+        try:
+            for done, order in enumerate(as_completed(orders), start=1):
+                yield {"done": done, "of": len(todo), **order.result()}
+        finally:  # interrupted, or no longer wanted
+            for order in orders:
+                order.cancel()
 
 
 def _one(out: Path, name: str, command: Command) -> dict[str, Any]:
@@ -102,6 +116,8 @@ def _one(out: Path, name: str, command: Command) -> dict[str, Any]:
                 for when, vehicle in (("before", "vehicle.toml"), ("after", FIXED))
                 if (folder / vehicle).exists()
             }
+        except Killed as error:
+            return _line(name, "killed", [], time.perf_counter() - start, str(error))
         except NoAnswer as error:
             result["error"] = str(error)
             result.setdefault("seconds", time.perf_counter() - start)
@@ -113,13 +129,20 @@ def _one(out: Path, name: str, command: Command) -> dict[str, Any]:
     part.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
     part.replace(path)
     diagnosis = result.get("diagnosis", {})
-    return {
-        "case": name,
-        "status": diagnosis.get("status", "failed"),
-        "causes": ", ".join(c["effect"] for c in diagnosis.get("causes", [])),
-        "seconds": result["seconds"],
-        "error": result["error"],
-    }
+    status, causes = diagnosis.get("status", "failed"), diagnosis.get("causes", [])
+    return _line(name, status, causes, result["seconds"], result["error"])
+
+
+def _line(
+    name: str,
+    status: str,
+    causes: Sequence[dict[str, Any]],
+    seconds: float,
+    error: str,
+) -> dict[str, Any]:
+    named = ", ".join(c["effect"] for c in causes)
+    return {"case": name, "status": status, "causes": named, "seconds": seconds,
+            "error": error}  # fmt: skip
 
 
 FIXED = "fixed.toml"

@@ -81,6 +81,7 @@ def summary(rows: Sequence[Row]) -> dict[str, Any]:
         "ran": share([r["ran"] for r in rows]),
         "single_first": share([r.get("first", False) for r in kind["single"]]),
         "single_in_three": share([r.get("in_three", False) for r in kind["single"]]),
+        "single_in_tie": share([_in_tie(r) for r in kind["single"]]),
         "single_exact": share([_exact(r, 1) for r in kind["single"]]),
         "pair_exact": share([_exact(r, 2) for r in kind["pair"]]),
         "pair_one": share(
@@ -120,6 +121,14 @@ def summary(rows: Sequence[Row]) -> dict[str, Any]:
 KINDS = ("single", "pair", "null", "unknown")
 
 
+def _in_tie(row: Row) -> bool:
+    """Tell whether what acted is the first cause, or tied with it by the answer."""
+    if not row.get("named"):
+        return False
+    told = [row["named"][0], *row["ties"][0]]
+    return any(any_alike(t, told) for t in row["true"])
+
+
 def _exact(row: Row, count: int) -> bool:
     return bool(row.get("hits") == count and row.get("extra") == 0)
 
@@ -139,6 +148,7 @@ def spreads(
         "fresh_energy_before_percent": spread([e[0] for e in energy]),
         "fresh_energy_after_percent": spread([e[1] for e in energy]),
         "fresh_explained": spread(explained),
+        "tie_size": spread([1.0 + len(t) for r in rows for t in r.get("ties", [])]),
         "seconds": spread([r["seconds"] for r in rows if r["seconds"] is not None]),
     }
 

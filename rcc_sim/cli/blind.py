@@ -77,7 +77,9 @@ def make(
 @blind.command(epilog="Example: rccsim blind run cases --jobs 2")
 def run(
     out: Annotated[Path, typer.Argument(help="Folder that `blind make` wrote.")],
-    jobs: Annotated[int, typer.Option(help="Cases at a time.", min=1)] = 1,
+    jobs: Annotated[
+        int, typer.Option(help="Cases at a time; 0: one a core.", min=0)
+    ] = 0,
     only: Annotated[
         str | None, typer.Option(help="These cases alone; by commas.")
     ] = None,
@@ -91,12 +93,16 @@ def run(
 
     Goes on where it was interrupted. Times mean something with one job alone.
     """
+    import os
+
     from rcc_sim.blind.run import run
 
+    jobs = jobs or os.cpu_count() or 1
     wanted = only.split(",") if only else []
     rows = []
     for row in run(out, jobs=jobs, only=wanted, again=again):
-        say(f"{row['case']}: {row['status']} {row['causes']} {row['error']}".rstrip())
+        told = f"{row['status']} {row['causes']} {row['error']}".rstrip()
+        say(f"{row['done']} of {row['of']}  {row['case']}: {told}")
         rows.append(row)
     emit(rows, rows, json=json, csv=csv)
 

@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 import sys
+import threading
 from math import nan
 
 import numpy as np
@@ -14,9 +15,10 @@ import pytest
 from rcc_sim.blind import measures
 from rcc_sim.blind.answers import alike, answer
 from rcc_sim.blind.make import make
-from rcc_sim.blind.run import NoAnswer, read_results, run
+from rcc_sim.blind.run import Killed, NoAnswer, rccsim, read_results, run
 from rcc_sim.blind.score import failures, figures, score
 from rcc_sim.blind.seal import write_seal
+from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.errors import CheckFailed, InputError
 
 
@@ -69,7 +71,8 @@ ANSWERS = {
     # a member of the same group counts as right
     "b": {"status": "explained", "causes": [cause("drivetrain_friction", 0.6)]},
     # wrong; the truth is second in the ranking
-    "c": {"status": "explained", "causes": [cause("steering_lag", 0.7)],
+    "c": {"status": "explained", "causes": [cause("steering_lag", 0.7)
+                     | {"indistinguishable_from": ["steering_gain"]}],
           "ranking": [{"effect": "steering_gain"}]},
     "d": {"status": "partly_explained",
           "causes": [cause("payload", 0.9, mass_kg=(1.0, 1.01, 1.2))]},
@@ -102,6 +105,7 @@ def test_shares_are_counted_as_by_hand(scored):
         "ran": (8, 8),
         "single_first": (2, 3),
         "single_in_three": (3, 3),
+        "single_in_tie": (3, 3),
         "single_exact": (2, 3),
         "pair_exact": (0, 1),
         "pair_one": (1, 1),
@@ -256,6 +260,50 @@ def test_a_case_that_fails_is_counted_as_not_run_and_ends_nothing(tmp_path):
     document = score(out, seal.labels)
     assert document["shares"]["ran"]["hits"] == 0
     assert document["shares"]["single_first"]["hits"] == 0
+
+
+def test_a_case_that_was_killed_is_done_next_time_and_stops_no_other(tmp_path):
+    out = tmp_path / "cases"
+    make(out, cases=2, seed=4, families=["rc"])
+    killed = {"c0000"}
+
+    def command(words, folder):
+        name = load_vehicle(folder / "vehicle.toml").name
+        if name in killed:
+            killed.remove(name)
+            raise Killed("ended from outside (-9)")
+        return {"status": "no_gap", "causes": []}
+
+    lines = {line["case"]: line for line in run(out, command=command)}
+    assert lines["c0000"]["status"] == "killed"
+    assert sorted(line["done"] for line in lines.values()) == [1, 2]
+    assert list(read_results(out)) == ["c0001"]
+    assert [line["case"] for line in run(out, command=command)] == ["c0000"]
+    assert sorted(read_results(out)) == ["c0000", "c0001"]
+
+
+def test_a_command_that_a_signal_ends_gives_no_answer_to_keep(tmp_path, monkeypatch):
+    ended = subprocess.CompletedProcess([], -9, "", "")
+    monkeypatch.setattr(subprocess, "run", lambda *a, **k: ended)
+    with pytest.raises(Killed):
+        rccsim(["diagnose"], tmp_path)
+
+
+def test_lines_come_as_cases_are_done_and_not_in_their_order(tmp_path):
+    out = tmp_path / "cases"
+    make(out, cases=2, seed=4, families=["rc"])
+    quick = threading.Event()
+
+    def command(words, folder):
+        if load_vehicle(folder / "vehicle.toml").name == "c0000":
+            assert quick.wait(30)
+        return {"status": "no_gap", "causes": []}
+
+    seen = []
+    for line in run(out, jobs=2, command=command):
+        seen.append(line["case"])
+        quick.set()
+    assert seen == ["c0001", "c0000"]
 
 
 def test_wilsons_interval_is_the_published_one():
