@@ -41,7 +41,7 @@ POOLED_ENOUGH = 14.0
 """Nats that a cause must gain in all logs together, its strength free to scatter.
 
 Less than what a single log asks for: what is wrong with one log scatters with the
-strength. Of 24 fleets without a cause one gained 11.6, no other 7 (`benchmarks/pooled.py`).
+strength. Of 24 fleets without a cause one gained 11.6 and no other 7.
 """
 
 MOST_POOLED = 4
