@@ -37,7 +37,6 @@ from rcc_sim.simulate.run import LaneChanges, simulate
 from rcc_sim.trace import Trace, write_trace
 
 CAR = "rcc"
-MILLION = 1e6
 HOURS = 3600.0
 NOISE = {
     "speed_mps": 0.0026,
@@ -59,9 +58,10 @@ COMMANDS: Mapping[str, tuple[RowOf, Mapping[str, str]]] = {
 
 @dataclass(frozen=True)
 class Took:
-    """Time of a fleet, logs a second once under way, bytes of a row, failures."""
+    """Time of a fleet, CPU time, logs a second once under way, bytes of a row."""
 
     whole: float
+    cpu: float
     rate: float
     row: float
     failed: int
@@ -92,7 +92,9 @@ def told(command: str, logs: tuple[str, ...], size: float) -> None:
     one = took(command, logs, Engine())
     two = took(command, logs, Engine(jobs=2))
     print(
-        f"{command}, {len(logs)} logs: {1e3 / one.rate:.0f} ms a log; twice the logs "
+        f"{command}, {len(logs)} logs: {1e3 / one.rate:.0f} ms a log, CPU "
+        f"{1e3 * one.cpu / len(logs):.0f} ms (two processes "
+        f"{1e3 * two.cpu / len(logs):.0f}, start included); twice the logs "
         f"{one.whole / half.whole:.2f} times the time; two processes "
         f"{two.rate / one.rate:.2f} times the logs a second, "
         f"{one.whole / two.whole:.2f} start included; {one.failed} failed"
@@ -105,8 +107,8 @@ def told(command: str, logs: tuple[str, ...], size: float) -> None:
                 rates.append(took(command, logs, Engine(dask=address)).rate)
         print(f"  Dask: two workers {rates[1] / rates[0]:.2f} times one")
     print(
-        f"  10^6 such trips: {MILLION / one.rate / HOURS:,.0f} core hours, "
-        f"{MILLION * size / 1e9:,.0f} GB to read, {MILLION * one.row / 1e9:.1f} GB of "
+        f"  10^6 such trips: {1e6 * one.cpu / len(logs) / HOURS:,.0f} core hours, "
+        f"{1e6 * size / 1e9:,.0f} GB to read, {1e6 * one.row / 1e9:.1f} GB of "
         "rows"
     )
 
@@ -121,15 +123,17 @@ def took(command: str, logs: tuple[str, ...], engine: Engine) -> Took:
     def tell(progress: Progress) -> None:
         seen.append((time.perf_counter(), progress.done))
 
+    before = os.times()
     with tempfile.TemporaryDirectory() as out:
         start = time.perf_counter()
         progress = run_batch(batch, Path(out, "rows"), engine, tell)
         whole = time.perf_counter() - start
         parts = Path(out, "rows").glob("part-*")
         size = sum(path.stat().st_size for path in parts) / len(logs)
+    cpu = sum(os.times()[:4]) - sum(before[:4])
     (t_0, n_0), (t_1, n_1) = seen[len(seen) // 4], seen[-1]
     rate = (n_1 - n_0) / (t_1 - t_0) if t_1 > t_0 else len(logs) / whole
-    return Took(whole, rate, size, progress.failed)
+    return Took(whole, cpu, rate, size, progress.failed)
 
 
 def written(folder: Path, count: int) -> Iterator[str]:

@@ -251,7 +251,8 @@ def pooled(
 
 def _cause(cause: Common, rows: Sequence[Row]) -> dict[str, Any]:
     p = cause.found
-    named = sum(p.effect in (row.get("causes") or ()) for row in rows)
+    names = {p.effect, *cause.tied}
+    named = sum(not names.isdisjoint(row.get("causes") or ()) for row in rows)
     return {
         "effect": p.effect,
         **_figures(p),
