@@ -123,8 +123,9 @@ class Bench:
                     a: [self.leg(run, leg, f) for leg in run.legs]
                     for a, f in tied.items()
                 }
+                start = {a: self.seen(run, logs[a], f.values) for a, f in tied.items()}
                 apart = {
-                    (a, b): self.change(run, logs[a], tied[a].values, tied[b].values)
+                    (a, b): self.change(run, logs[a], start[a], tied[b].values)
                     for a, b in permutations(tied, 2)
                 }
             except InputError:  # a run that no such vehicle can drive
@@ -179,28 +180,31 @@ class Bench:
         return Problem(self.vehicle, log, drive_of(log, self.vehicle, self.window))
 
     def seen(
-        self, run: Run, leg: Leg, log: Problem, values: dict[str, float]
-    ) -> list[Array]:
-        """Return what some figures predict of a leg, channel by channel."""
-        settings = at_place(self.vehicle, figures_of(values), run.where, leg.back)
-        out = log.predict(settings, coarse=True)  # for differences alone
-        return [out[c] for c in self.channels]
+        self, run: Run, logs: Sequence[Problem], values: dict[str, float]
+    ) -> list[list[Array]]:
+        """Return what some figures predict of each leg, channel by channel."""
+        legs = []
+        for leg, log in zip(run.legs, logs, strict=True):
+            settings = at_place(self.vehicle, figures_of(values), run.where, leg.back)
+            out = log.predict(settings, coarse=True)  # for differences alone
+            legs.append([out[c] for c in self.channels])
+        return legs
 
     def change(
         self,
         run: Run,
         logs: Sequence[Problem],
-        a: dict[str, float],
-        b: dict[str, float],
+        start: list[list[Array]],
+        values: dict[str, float],
     ) -> Array:
         """Return what other figures change, whitened, a channel of a leg at a time."""
-        parts = []
-        for leg, log in zip(run.legs, logs, strict=True):
-            pairs = zip(
-                self.seen(run, leg, log, b), self.seen(run, leg, log, a), strict=True
-            )
-            parts.append(self.white(log, [x - y for x, y in pairs]))
-        return np.concatenate(parts)
+        legs = zip(logs, self.seen(run, logs, values), start, strict=True)
+        return np.concatenate(
+            [
+                self.white(log, [x - y for x, y in zip(new, old, strict=True)])
+                for log, new, old in legs
+            ]
+        )
 
     def white(self, log: Problem, tracks: Sequence[Array]) -> Array:
         """Return changes of the channels in units of the log's noise."""
@@ -232,12 +236,14 @@ class Bench:
             k for k in wanted if not k.key.startswith(BIAS) or k.key.startswith(FIRST)
         ]
 
+        start = self.seen(run, logs, fit.values)
+
         def one(k: Knob) -> Array:
             if k.key.startswith(FIRST):
                 return self.offset(logs, k.key.removeprefix(FIRST))
             x = fit.values.get(k.key, k.value)
             h = k.stride if x + k.stride <= k.high else -k.stride
-            return self.change(run, logs, fit.values, {**fit.values, k.key: x + h}) / h
+            return self.change(run, logs, start, {**fit.values, k.key: x + h}) / h
 
         each = self.engine.pool.map(one, wanted)
         return {k.key: signal for k, signal in zip(wanted, each, strict=True)}
