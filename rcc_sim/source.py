@@ -153,8 +153,10 @@ class _Unpacked(io.RawIOBase):
             block = self.file.read(size)
         except EOFError:
             raise InputError(
-                f"{self.name}: the gzip file is cut short",
-                "copy it again, or unpack what there is with `zcat`",
+                f"{self.name}: the gzip file is cut short after {self.raw.tell()} "
+                "bytes",
+                "copy it again, or unpack what there is: `zcat FILE > PART`; its last "
+                "row will be cut",
             ) from None
         except (OSError, zlib.error) as error:
             raise InputError(f"{self.name}: a broken gzip file: {error}") from None

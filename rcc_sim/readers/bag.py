@@ -24,7 +24,8 @@ from rcc_sim.readers.build import (
 )
 from rcc_sim.readers.column_map import ColumnMap, matching, shipped_maps
 from rcc_sim.readers.extras import broken_file, library
-from rcc_sim.readers.log import Array, Log
+from rcc_sim.readers.log import Array, Flaw, Log
+from rcc_sim.readers.reach import reach
 from rcc_sim.readers.ros_messages import typestores
 from rcc_sim.units import G
 
@@ -72,7 +73,9 @@ def read_bag(path: Path, where: str, reader: str, columns: ColumnMap | None) -> 
 
     sqlite = library("apsw", "ros", where)
     kinds = (AnyReaderError, Error1, Error2, SerdeError, TypesysError, sqlite.Error)
+    far = reach(path)
     hint = "if its recording was cut off: `rosbag reindex` or `ros2 bag reindex`"
+    hint = f"{far}: `rosbag reindex` or `ros2 bag reindex` keeps it" if far else hint
     report = Report()
     with broken_file(where, "bag", *kinds, hint=hint):
         bag = highlevel.AnyReader([path], default_typestore=typestores()[0])
@@ -147,7 +150,8 @@ def _collect(
         topic.values.extend(getters[name](message))
     for name, why in failed.items():
         topics.pop(name)
-        report.notes.append(f"{name}: messages of a type that cannot be read: {why}")
+        what = f"messages of a type that cannot be read: {why}"
+        report.flaws.append(Flaw("unreadable", name, what, "left out", severe=True))
         report.dropped.append(name)
 
 

@@ -131,7 +131,7 @@ class ColumnMap:
     header : tuple of str
         Names that a file must have to be recognised.
     separator, encoding, decimal : str
-        Of a CSV file; a separator is found unless given.
+        Of a CSV file; found unless given.
     skip_rows : int
         Lines above the header.
     rate_hz : float
@@ -153,7 +153,7 @@ class ColumnMap:
     header: tuple[str, ...] = ()
     separator: str = ""
     encoding: str = ""
-    decimal: str = "."
+    decimal: str = ""
     skip_rows: int = 0
     rate_hz: float = 0.0
     carry_tenths: bool = False
@@ -225,7 +225,7 @@ def _load(path: Path, *, shipped: bool) -> ColumnMap:
         header=tuple(head.get("header", ())),
         separator=SEPARATORS.get(separator, separator),
         encoding=_encoding(str(head.get("encoding", "")), where),
-        decimal=str(head.get("decimal", ".")),
+        decimal=str(head.get("decimal", "")),
         skip_rows=int(_number(head, "skip_rows", 0, where)),
         rate_hz=_number(head, "rate_hz", 0.0, where),
         carry_tenths=bool(head.get("carry_tenths", False)),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import codecs
 import csv
 import io
+import re
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field
 from typing import Any
@@ -14,6 +15,9 @@ import numpy as np
 from rcc_sim.errors import InputError
 from rcc_sim.readers.log import Array
 from rcc_sim.source import MAX_ROWS, Source
+
+LOOKED_AT = 200
+"""Rows by which the mark of the decimals is known."""
 
 SEPARATORS = (",", ";", "\t", "|")
 BLANKS = ["", "nan", "NaN", "NAN", "-nan", "NA", "N/A", "n/a", "null", "NULL", "None"]
@@ -67,13 +71,14 @@ def text_table(
     *,
     separator: str = "",
     encoding: str = "",
-    decimal: str = ".",
+    decimal: str = "",
     skip_rows: int = 0,
 ) -> TextTable | None:
     """Look at a file as CSV; None if it is no text.
 
     What is not given is found: the separator by what the header has most of, the
-    encoding by its mark, else UTF-8, else latin-1.
+    encoding by its mark, else UTF-8, else latin-1, a decimal comma by numbers that
+    have one and none that has a point.
     """
     encoding = encoding or _encoding(source.head)
     text = source.head.decode(encoding, errors="ignore").removeprefix("\ufeff")
@@ -98,9 +103,19 @@ def text_table(
         first=tuple(first),
         separator=separator,
         encoding=encoding,
-        decimal=decimal,
+        decimal=decimal or _decimal(rows[:-1] or rows, separator),
         skip=skip_rows + blank + 1,
     )
+
+
+def _decimal(rows: list[str], separator: str) -> str:
+    """Return the mark of the decimals in some rows: a comma only if none is a point."""
+    if separator == ",":
+        return "."
+    fields = [f.strip() for row in rows[:LOOKED_AT] for f in _fields(row, separator)]
+    commas = any(re.fullmatch(r"[+-]?\d+,\d+([eE][+-]?\d+)?", f) for f in fields)
+    points = any(re.fullmatch(r"[+-]?\d*\.\d+([eE][+-]?\d+)?", f) for f in fields)
+    return "," if commas and not points else "."
 
 
 def read_columns(
@@ -130,6 +145,8 @@ def read_columns(
     except _conversion_error() as error:
         raise _first_word(table, [n for n in wanted if n not in text], error) from None
     notes = _judged(table, faults)
+    if table.decimal != ".":
+        notes.append(f"numbers are read with a decimal {table.decimal!r}")
     columns: dict[str, Array | list[str]] = {}
     while read.num_columns:
         name = read.column_names[0]

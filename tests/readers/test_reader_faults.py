@@ -12,6 +12,7 @@ import pytest
 
 from rcc_sim.errors import InputError
 from rcc_sim.readers import read_log
+from rcc_sim.readers.reach import reach
 from rcc_sim.trace import read_trace
 from tests.readers import making
 
@@ -49,7 +50,7 @@ def text(tmp_path, content, name="log.csv"):
         ("time_s,speed_mps\n0,1\n1,2,3\n2,3\n", ["row 2", "2 fields", "3"]),
         ("time_s,speed_mps\n0,1\n1\n2,3\n", ["row 2", "2 fields", "1"]),
         ("time_s,speed_mps,speed_mps\n0,1,2\n1,2,3\n", ["speed_mps", "twice"]),
-        ("time_s;speed_mps\n0;1,5\n1;2,5\n", ["speed_mps", "row 1", "'1,5'"]),
+        ("time_s;speed_mps\n0.5;1,5\n1.5;2,5\n", ["speed_mps", "row 1", "'1,5'"]),
     ],
 )
 def test_a_bad_table_names_file_row_and_column(tmp_path, content, words):
@@ -182,6 +183,32 @@ def made(folder, kind):
     return file
 
 
+@pytest.mark.parametrize(
+    ("kind", "words"), [("bag", "whole up to byte"), ("mcap", ""), ("db3", "pages")]
+)
+def test_a_bag_that_is_cut_off_says_how_far_it_is_whole(tmp_path, kind, words):
+    whole = made(tmp_path, kind)
+    size = whole.stat().st_size
+    assert reach(whole) == ""
+    part = tmp_path / f"part.{kind}"
+    part.write_bytes(whole.read_bytes()[: size // 2])
+    said = reach(part)
+    assert words in said
+    if kind != "db3":
+        end = int(said.split()[4])
+        assert 0 < end <= size // 2
+        assert f"of {size // 2}" in said
+
+
+def test_decimal_commas_are_read_and_said(tmp_path):
+    point = read_log(text(tmp_path, "time_s,speed_mps\n0,1.5\n0.5,2.25\n1,3\n"))
+    commas = "time_s;speed_mps\n0;1,5\n0,5;2,25\n1;3\n"
+    comma = read_log(text(tmp_path, commas))
+    for name in ("time_s", "speed_mps"):
+        assert (comma.trace[name] == point.trace[name]).all()
+    assert any("decimal ','" in note for note in comma.notes)
+
+
 def test_an_unknown_message_is_said_and_the_rest_is_read(tmp_path):
     from rosbags.rosbag2 import StoragePlugin, Writer
 
@@ -205,7 +232,7 @@ def test_an_unknown_message_is_said_and_the_rest_is_read(tmp_path):
     log = read_log(tmp_path / "bag")
     np.testing.assert_array_equal(log.trace["speed_mps"], np.arange(10))
     assert "motor_speed_ref_erpm" not in log.trace
-    assert any("some_lab/msg/Speed" in note for note in log.notes)
+    assert any("some_lab/msg/Speed" in flaw.what for flaw in log.flaws)
     assert "/commands/motor/speed" in log.dropped
 
 
