@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rcc_sim.analyse.charge import charge_of
 from rcc_sim.analyse.gap_channels import ChannelGap, channel_gap, noise_of
 from rcc_sim.analyse.gap_energy import (
     EnergyGap,
@@ -138,6 +140,11 @@ def gap(
     log = logged.log
     _refuse_unusable(logged, vehicle)
     drive = drive_of(log, vehicle, window or window_of(log))
+    charge = charge_of(log, vehicle) if drive.imposed else None
+    if charge is not None:
+        drive = replace(drive, window=inf)
+        columns = {**log.columns, "battery_power_w": charge.held(charge.power)}
+        log = Trace(columns, name=log.name)
     if drive.imposed:  # power follows from the motion, not from the torque logged
         drive = untorqued(drive)
     names = USED
@@ -150,6 +157,9 @@ def gap(
     moved = tolerances(
         vehicle, drive, base, progress=lambda share: tell(0.3 + 0.5 * share)
     )
+    if charge is not None:
+        simulated = charge.as_known(simulated)
+        moved = charge.tolerances(moved, vehicle)
     scale = Scale.of(vehicle)
     kinds = _kinds(log, drive, simulated, scale)
     compared = _compared(log, drive, simulated, channels, scale)
@@ -157,6 +167,8 @@ def gap(
     gaps, sizes = [], {}
     for name, e in compared.items():
         noise = noise_of(name, log, e, vehicle, repeats, memory)
+        if charge is not None and name == "battery_power_w":
+            noise = charge.noise_of(e), "charge"
         band = moved.band(name, len(log))
         ok = np.isfinite(e)
         gaps.append(
@@ -169,6 +181,7 @@ def gap(
     del compared, sizes  # a long log's are large
     energy, measured, weights = _energy(log, vehicle, drive, simulated, moved)
     power = None if measured is None else measured - _simulated(energy, simulated)
+    known = charge.as_known if charge is not None else dict
     tell(0.85)
     stages = (
         []
@@ -177,7 +190,7 @@ def gap(
             log,
             vehicle,
             drive,
-            lambda d: _simulated(energy, predicted(vehicle, d, POWERS)),
+            lambda d: _simulated(energy, known(predicted(vehicle, d, POWERS))),
             simulated=_simulated(energy, simulated),
             measured=measured,
             weights=weights,
@@ -359,6 +372,11 @@ def _notes(
         notes.append(
             "noise is guessed from the log; --repeats or the vehicle file's [sensors] "
             "would tell it"
+        )
+    if any(g.noise_from == "charge" for g in gaps):
+        notes.append(
+            "the battery's power is the mean over stretches of the log, from its state "
+            "of charge and the energy that the file states"
         )
     if not moved.keys:
         notes.append(f"{vehicle.name} states no sd: u_val holds noise alone")

@@ -21,6 +21,7 @@ from rcc_sim.analyse.logcheck.finding import (
     counted,
     runs,
 )
+from rcc_sim.analyse.stale import refreshed
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
 from rcc_sim.readers import Log, on_one_clock, read_log, with_vehicle
@@ -103,9 +104,10 @@ def open_log(
         if name not in checked.unusable
     }
     log, turned = _forward(Trace(kept, name=trace.name))
+    log, renewed = refreshed(log)
     _refuse(log, checked.unusable)
     told = [f for f in checked.findings if not turned or f.kind != turned[0].kind]
-    return Logged(log, (*notes, *turned, *told), reading)
+    return Logged(log, (*notes, *turned, *renewed, *told), reading)
 
 
 def _without(trace: Trace, hide: Sequence[str]) -> Trace:

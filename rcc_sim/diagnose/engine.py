@@ -141,6 +141,15 @@ class Engine:
         )
         return [fit_whitener(*track) for track in every]
 
+    def learn_noise_of(self, tracks: list[int], left: list[Array]) -> list[Whitener]:
+        """Noise model of some tracks, from what is left in them."""
+        return [
+            fit_whitener(
+                e, self.valid[i], self.grows_with[i], self.edges[i], self.least[i]
+            )
+            for i, e in zip(tracks, left, strict=True)
+        ]
+
     def loglik(self, residuals: list[Array], noise: list[Whitener]) -> float:
         """Log-likelihood of residuals."""
         pairs = zip(noise, residuals, strict=True)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
+from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,12 @@ Mask = NDArray[np.bool_]
 FREEDOM = 8.0
 """Degrees of freedom of the t-distribution that whitened residuals follow."""
 
+DRIFTS = (16.0, 32.0, 64.0, 128.0)
+"""Times [rows] in which the drift of a sensor dies away."""
+
+DRIFT_SIZES = (0.0, 0.1, 0.2, 0.4, 0.8, 1.6)
+"""Sizes of the drift, in times the noise of a row."""
+
 
 def local_range(x: Array, rows: int = 7) -> Array:
     """How far a channel moves within some rows: where timing matters."""
@@ -30,9 +37,14 @@ def local_range(x: Array, rows: int = 7) -> Array:
 
 
 def lag_edges(rate: float, memory: float, rows: int) -> list[int]:
-    """Edges [rows] of the blocks of past rows, each twice as long as the last."""
-    edges = [0, 1, 2]
+    """Edges [rows] of the blocks of past rows, each twice as long as the last.
+
+    Rows farther apart than the noise remembers have none.
+    """
     longest = min(memory * rate, rows / 20)
+    if memory * rate < 1:
+        return [0]
+    edges = [0, 1, 2]
     while edges[-1] * 2 <= longest:
         edges.append(edges[-1] * 2)
     return edges
@@ -58,9 +70,12 @@ class Whitener:
     edges: list[int]
     sigma: float
     valid: Mask
+    turned: Array | None = None
 
     def __call__(self, e: Array) -> Array:
         """Return residuals (n,) or signals (n, k), whitened, invalid rows dropped."""
+        if self.turned is not None:
+            return self.turned @ np.where(np.isfinite(e[self.valid]), e[self.valid], 0)
         wide = e if e.ndim > 1 else e[:, None]
         z = np.where(self.valid[:, None], wide, 0.0) / self.scale[:, None]
         w = np.empty_like(z)
@@ -141,10 +156,12 @@ def fit_whitener(
         share = fit_scale((seen * scale)[valid], X[:, valid], share)
         scale = np.sqrt(share @ X)
         z = raw / scale
-        features = np.stack(block_means(z, edges), axis=1)[valid]
+        features = np.array(block_means(z, edges)).reshape(len(memory), len(z)).T[valid]
         memory, sigma = fit_memory(z[valid], features, memory)
     unit = float(np.sqrt(share[0])) or 1.0
     size = max(sigma * unit, least)
+    if not len(memory):
+        return drifting(raw, scale / unit * size, valid)
     return Whitener(scale / unit, memory, edges, size, valid)
 
 
@@ -166,7 +183,7 @@ def fit_scale(u: Array, X: Array, share: Array) -> Array:
 def fit_memory(z: Array, features: Array, memory: Array) -> tuple[Array, float]:
     """Weights of past block means that foresee z, and the size of what is left."""
     size = np.sqrt(robust_size((z - features @ memory) ** 2))
-    for _ in range(2):
+    for _ in range(2 if len(memory) else 0):
         W = weights((z - features @ memory) / size)
         A = features.T * W
         N = A @ features
@@ -182,3 +199,28 @@ def robust_size(squares: Array) -> float:
     for _ in range(6):
         s = float(np.mean((FREEDOM + 1) / (FREEDOM + squares / s) * squares)) + 1e-300
     return s
+
+
+def drifting(e: Array, scale: Array, valid: Mask) -> Whitener:
+    """Whitener of rows that are independent but for a slow drift of the sensor.
+
+    The drift's size and time are the likeliest for the residuals e, of which each has
+    the standard deviation ``scale`` beside it.
+    """
+    rows = np.flatnonzero(valid)
+    z, each = e[rows], scale[rows] ** 2
+    near = np.abs(rows[:, None] - rows[None, :])
+    best = (-inf, np.diag(np.sqrt(each)))
+    for time in DRIFTS:
+        shape = np.exp(-near / time)
+        for size in DRIFT_SIZES:
+            K = np.diag(each) + size**2 * float(np.median(each)) * shape
+            L = np.linalg.cholesky(K)
+            w = np.linalg.solve(L, z)
+            value = log_density(w) - float(np.log(np.diag(L)).sum())
+            if value > best[0]:
+                best = (value, L)
+    L = best[1]
+    own = np.ones(len(e))
+    own[rows] = np.diag(L)
+    return Whitener(own, np.zeros(0), [0], 1.0, valid, np.linalg.inv(L))

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rcc_sim.analyse.charge import Charge, battery_energy, charge_of
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.physics.step import SLIP_BLEND
 from rcc_sim.simulate.replay import Drive, distance_of, replay
@@ -55,11 +57,15 @@ class Problem:
         What the sensors saw.
     drive : Drive
         What of the log drives the model.
+    charge : Charge or None
+        Stretches of the drive, one each row of the log, where power is known from the
+        battery's charge alone.
     """
 
     vehicle: Vehicle
     log: Trace
     drive: Drive
+    charge: Charge | None = None
 
     @cached_property
     def channels(self) -> tuple[str, ...]:
@@ -95,7 +101,21 @@ class Problem:
         vehicle = self.vehicle
         if figures:
             vehicle = vehicle.changed(settings=dict(figures))
-        return replay(vehicle, self.drive, RECALLS)
+        return self.run(vehicle, RECALLS)
+
+    def run(
+        self, vehicle: Vehicle, recalls: tuple[float, float] = (inf, inf)
+    ) -> dict[str, Array]:
+        """Columns that a vehicle predicts at the log's rows; a free run by default."""
+        out = replay(vehicle, self.drive, recalls)
+        if self.charge is None:
+            return out
+        out = {name: self.charge.means(x) for name, x in out.items()}
+        # the log's power was worked out with the energy that the file states
+        stated, true = battery_energy(self.vehicle), battery_energy(vehicle)
+        if stated and true:
+            out["battery_power_w"] *= stated / true
+        return out | {"time_s": self.log["time_s"]}
 
     def residuals(self, figures: dict[str, float]) -> list[Array]:
         """Measured minus predicted, per channel."""
@@ -105,13 +125,19 @@ class Problem:
     @cached_property
     def speed(self) -> Array:
         """Speed at the rows, 0 where unknown. [m/s]"""
-        speed = np.abs(self.drive.measured[0])
-        return np.where(np.isfinite(speed), speed, 0.0)
+        speed = self._speed
+        return speed if self.charge is None else self.charge.means(speed)
 
     @cached_property
     def distance(self) -> Array:
         """Distance from the start of the log. [m]"""
-        return distance_of(self.log["time_s"], self.speed)
+        distance = distance_of(self.drive.time, self._speed)
+        return distance if self.charge is None else self.charge.means(distance)
+
+    @property
+    def _speed(self) -> Array:
+        speed = np.abs(self.drive.measured[0])
+        return np.where(np.isfinite(speed), speed, 0.0)
 
     @cached_property
     def judged(self) -> list[NDArray[np.bool_]]:
@@ -149,6 +175,22 @@ class Problem:
 
     def with_load(self, power: Array) -> Problem:
         """The same drive with an auxiliary power [W] at each row on top."""
+        if self.charge is not None:
+            power = np.interp(self.charge.time, self.log["time_s"], power)
         ref, steer, throttle, aux = self.drive.commands
         commands = (ref, steer, throttle, aux + power)
         return replace(self, drive=replace(self.drive, commands=commands))
+
+
+def by_charge(log: Trace, vehicle: Vehicle, drive: Drive) -> Problem | None:
+    """Return a log as one row a stretch between two states of charge, if it is one.
+
+    Every other channel is then a mean over the stretch, too.
+    """
+    charge = charge_of(log, vehicle) if drive.imposed else None
+    if charge is None:
+        return None
+    drive = replace(drive, window=inf)
+    columns = {name: charge.means(x) for name, x in log.columns.items()}
+    columns["battery_power_w"] = charge.power
+    return Problem(vehicle, Trace(columns, name=log.name), drive, charge)

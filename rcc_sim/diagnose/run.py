@@ -21,7 +21,7 @@ from rcc_sim.diagnose.engine import Engine, Fit
 from rcc_sim.diagnose.experiment import next_experiments
 from rcc_sim.diagnose.hold_out import NOISE, Shrink, folds, hold_out, refitted
 from rcc_sim.diagnose.knobs import RADIUS
-from rcc_sim.diagnose.problem import Problem
+from rcc_sim.diagnose.problem import Problem, by_charge
 from rcc_sim.diagnose.remainder import Remainder, remainder
 from rcc_sim.diagnose.verdict import (
     INTERVAL,
@@ -32,7 +32,7 @@ from rcc_sim.diagnose.verdict import (
     standing,
     status_of,
 )
-from rcc_sim.simulate.replay import drive_of, replay
+from rcc_sim.simulate.replay import drive_of
 from rcc_sim.trace import Trace
 
 Array = NDArray[np.float64]
@@ -239,7 +239,8 @@ def problem_of(log: Trace, vehicle: Vehicle) -> Problem:
     power = _battery_power(log)
     if power is not None and "battery_power_w" not in log:
         log = Trace({**log.columns, "battery_power_w": power}, name=log.name)
-    return Problem(vehicle, log, drive_of(log, vehicle, window_of(log)))
+    drive = drive_of(log, vehicle, window_of(log))
+    return by_charge(log, vehicle, drive) or Problem(vehicle, log, drive)
 
 
 def _only(
@@ -301,7 +302,7 @@ def _energy_percent(
             power = _battery_power(p.log)
             if power is None:
                 return None
-            out = replay(p.vehicle.changed(settings=car), p.drive)
+            out = p.run(p.vehicle.changed(settings=car))
             dt = np.gradient(p.log["time_s"])
             ok = np.isfinite(power) & np.isfinite(out["battery_power_w"])
             if rows is not None:
