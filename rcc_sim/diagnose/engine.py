@@ -111,7 +111,7 @@ class Engine:
             rate = 1 / float(np.median(np.diff(t)))
             for c, ok in zip(p.channels, p.judged, strict=True):
                 self.valid.append(ok if rows is None else ok & rows[i])
-                self.grows_with.append([p.speed, local_range(p.nominal[c])])
+                self.grows_with.append([p.speed, local_range(p.nominal[c]), *p.unsure])
                 exact = INEXACT if is_rough(p.log[c]) else NOISELESS
                 self.least.append(exact * float(np.nanmax(np.abs(p.log[c]))))
                 self.edges.append(lag_edges(rate, MEMORY, len(t)))

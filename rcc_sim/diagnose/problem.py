@@ -60,12 +60,15 @@ class Problem:
     charge : Charge or None
         Stretches of the drive, one each row of the log, where power is known from the
         battery's charge alone.
+    bridged : ndarray of bool or None
+        Rows of such a drive at which no speed was logged.
     """
 
     vehicle: Vehicle
     log: Trace
     drive: Drive
     charge: Charge | None = None
+    bridged: NDArray[np.bool_] | None = None
 
     @cached_property
     def channels(self) -> tuple[str, ...]:
@@ -134,6 +137,13 @@ class Problem:
         distance = distance_of(self.drive.time, self._speed)
         return distance if self.charge is None else self.charge.means(distance)
 
+    @cached_property
+    def unsure(self) -> list[Array]:
+        """Share of each stretch in which the speed was not logged, if any was not."""
+        if self.charge is None or self.bridged is None:
+            return []
+        return [self.charge.means(self.bridged.astype(float))]
+
     @property
     def _speed(self) -> Array:
         speed = np.abs(self.drive.measured[0])
@@ -193,4 +203,5 @@ def by_charge(log: Trace, vehicle: Vehicle, drive: Drive) -> Problem | None:
     drive = replace(drive, window=inf)
     columns = {name: charge.means(x) for name, x in log.columns.items()}
     columns["battery_power_w"] = charge.power
-    return Problem(vehicle, Trace(columns, name=log.name), drive, charge)
+    bridged = ~np.isfinite(log["speed_mps"])
+    return Problem(vehicle, Trace(columns, name=log.name), drive, charge, bridged)
