@@ -195,7 +195,8 @@ def fit_memory(z: Array, features: Array, memory: Array) -> tuple[Array, float]:
 
 def robust_size(squares: Array) -> float:
     """Square of the t-distribution's scale, from squared residuals."""
-    s = float(np.median(squares)) * 2.2 + 1e-300
+    least = 1e-6 * float(np.mean(squares))  # most rows may be alike to the last bit
+    s = max(float(np.median(squares)) * 2.2, least) + 1e-300
     for _ in range(6):
         s = float(np.mean((FREEDOM + 1) / (FREEDOM + squares / s) * squares)) + 1e-300
     return s
