@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from rcc_sim.diagnose.knobs import BIAS, Knob, bias_key, figures_of
 from rcc_sim.diagnose.noise import (
+    SHORT,
     Whitener,
     fit_whitener,
     lag_edges,
@@ -111,10 +112,13 @@ class Engine:
             rate = 1 / float(np.median(np.diff(t)))
             for c, ok in zip(p.channels, p.judged, strict=True):
                 self.valid.append(ok if rows is None else ok & rows[i])
-                self.grows_with.append([p.speed, local_range(p.nominal[c]), *p.unsure])
+                grows = [p.speed, local_range(p.nominal[c]), *p.unsure]
+                counts = c == "speed_mps" and len(t) < SHORT
+                self.grows_with.append([] if counts else grows)
                 exact = INEXACT if is_rough(p.log[c]) else NOISELESS
                 self.least.append(exact * float(np.nanmax(np.abs(p.log[c]))))
-                self.edges.append(lag_edges(rate, MEMORY, len(t)))
+                edges = lag_edges(rate, MEMORY, len(t))
+                self.edges.append([] if counts else edges)
 
     def on(self, rows: list[Mask]) -> Engine:
         """The same on some rows of each log."""

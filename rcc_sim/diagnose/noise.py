@@ -27,6 +27,10 @@ DRIFTS = (16.0, 32.0, 64.0, 128.0)
 DRIFT_SIZES = (0.0, 0.1, 0.2, 0.4, 0.8, 1.6)
 """Sizes of the drift, in times the noise of a row."""
 
+SHORT = 1000
+"""Rows below which a log is too short to tell what an encoder's noise remembers: what
+is missing in the model would be learnt as a memory. That of other sensors is real."""
+
 
 def local_range(x: Array, rows: int = 7) -> Array:
     """How far a channel moves within some rows: where timing matters."""
@@ -39,7 +43,7 @@ def local_range(x: Array, rows: int = 7) -> Array:
 def lag_edges(rate: float, memory: float, rows: int) -> list[int]:
     """Edges [rows] of the blocks of past rows, each twice as long as the last.
 
-    Rows farther apart than the noise remembers have none.
+    Rows farther apart than the noise remembers have none but a drift: [0].
     """
     longest = min(memory * rate, rows / 20)
     if memory * rate < 1:
@@ -78,6 +82,9 @@ class Whitener:
             return self.turned @ np.where(np.isfinite(e[self.valid]), e[self.valid], 0)
         wide = e if e.ndim > 1 else e[:, None]
         z = np.where(self.valid[:, None], wide, 0.0) / self.scale[:, None]
+        if not len(self.memory):
+            w = z[self.valid] / self.sigma
+            return w if e.ndim > 1 else w[:, 0]
         w = np.empty_like(z)
         compiled(without_memory)(z, np.array(self.edges), self.memory, w)
         w = w[self.valid] / self.sigma
@@ -135,7 +142,8 @@ def fit_whitener(
     scale = np.ones(len(e))
     if n < 10 or not np.any(e[valid]):
         size = max(least, 1e-12) if n >= 10 else 1.0
-        return Whitener(scale, np.zeros(len(edges) - 1), edges, size, valid)
+        memory = np.zeros(max(len(edges) - 1, 0))
+        return Whitener(scale, memory, edges, size, valid)
     raw = np.where(valid, e, 0.0)
     parts = [np.ones(len(e))]
     for g in grows_with:
@@ -144,11 +152,11 @@ def fit_whitener(
             parts.append(g**2 / unit)
     X = np.stack(parts)
     share = np.full(len(parts), 1.0 / len(parts))
-    memory = np.zeros(len(edges) - 1)
+    memory = np.zeros(max(len(edges) - 1, 0))
     sigma = 1.0
     for _ in range(3):
         z = raw / scale
-        means = block_means(z, edges)
+        means = block_means(z, edges) if len(memory) else []
         if memory.any():
             seen = z - sum(c * m for c, m in zip(memory, means, strict=True))
         else:
@@ -156,11 +164,12 @@ def fit_whitener(
         share = fit_scale((seen * scale)[valid], X[:, valid], share)
         scale = np.sqrt(share @ X)
         z = raw / scale
-        features = np.array(block_means(z, edges)).reshape(len(memory), len(z)).T[valid]
+        means = block_means(z, edges) if len(memory) else []
+        features = np.array(means).reshape(len(memory), len(z)).T[valid]
         memory, sigma = fit_memory(z[valid], features, memory)
     unit = float(np.sqrt(share[0])) or 1.0
     size = max(sigma * unit, least)
-    if not len(memory):
+    if edges == [0]:
         return drifting(raw, scale / unit * size, valid)
     return Whitener(scale / unit, memory, edges, size, valid)
 

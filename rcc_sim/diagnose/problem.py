@@ -160,8 +160,21 @@ class Problem:
         for c in self.channels:
             ok = np.isfinite(self.log[c]) & np.isfinite(self.nominal[c])
             ok[0] = False
+            if c == "speed_mps":
+                ok &= ~self.parked
             masks.append(ok & rolling if c in LATERAL else ok)
         return masks
+
+    @property
+    def parked(self) -> NDArray[np.bool_]:
+        """Rows at which an open-loop car stands and nothing asks it to move.
+
+        An encoder tells nothing there, and is exact as it never is on the way.
+        """
+        throttle = self.log.columns.get("throttle")
+        if self.drive.imposed or throttle is None:
+            return np.zeros(len(self.log), dtype=bool)
+        return (throttle == 0) & (self.log["speed_mps"] == 0)
 
     @property
     def knows_voltage(self) -> bool:

@@ -187,6 +187,7 @@ def diagnose(
     candidates: Sequence[str] = (),
     holdouts: Sequence[Logged] = (),
     repeats: Sequence[Trace] = (),
+    withheld: Sequence[str] = (),
     told: Callable[[str], None] = lambda _: None,
 ) -> Diagnosis:
     """Find which unmodelled effects part logs from a vehicle's model.
@@ -203,6 +204,8 @@ def diagnose(
         Logs that are judged and never fitted; stretches of ``logs`` where empty.
     repeats : sequence of Trace
         Other logs of the same drive, from which noise is known.
+    withheld : sequence of str
+        Effects that were taken out of the vehicle, and may be found again.
     told : callable
         Called with what is being done.
 
@@ -215,7 +218,7 @@ def diagnose(
     gaps = tuple(gap(one, vehicle, repeats=repeats) for one in logs)
     problems = [problem_of(one.log, vehicle) for one in logs]
     engine = Engine(problems)
-    found = compete(engine, candidates_for(problems, candidates), told)
+    found = compete(engine, candidates_for(problems, candidates, withheld), told)
     told("what is left")
     left = remainder(found.engine, found.fit)
     causes = standing(found, left)
