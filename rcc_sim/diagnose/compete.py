@@ -4,31 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.diagnose.candidates import Candidate
 from rcc_sim.diagnose.engine import Engine, Fit
-from rcc_sim.diagnose.knobs import Knob, nuisance_knobs
-from rcc_sim.diagnose.noise import Whitener
+from rcc_sim.diagnose.knobs import nuisance_knobs
 from rcc_sim.diagnose.profile import Probe, Profile, overlap, probe_size, shares
+from rcc_sim.diagnose.refine import (
+    LESS_LIKELY,
+    TIED,
+    Refined,
+    likely,
+    refine,
+    screened,
+)
 from rcc_sim.diagnose.remainder import remainder
-from rcc_sim.diagnose.screen import Screen, Screened
 
 Array = NDArray[np.float64]
 
-REFINED = 6
-"""Candidates that are refined after the screen."""
-
-FAR_BEHIND = 0.2
-"""Share of the best gain below which a candidate is not refined."""
-
-HOPELESS = 0.3
-"""Share of what is needed below which the best screened gain ends the search."""
-
-ENOUGH = 22.0
+ENOUGH = 15.0
 """Nats that a cause must gain, by the noise before and after it alike.
 
 On drives without a cause the best candidate seldom gains 10 and was seen to gain 20
@@ -48,33 +44,10 @@ MISFIT = 0.003
 """Share of what the first cause gained that a further one must: no model of an
 effect is better than some parts in a thousand."""
 
-TIED = 3.0
-"""Nats below which two candidates cannot be told apart."""
-
-LESS_LIKELY = {"iron_loss": 4.0}
-"""Nats that an effect starts behind: one of two figures that do as another effect."""
-
-TOO_FAR = 3.0
-"""Standard deviations beyond which a tolerance that is pulled stands for a cause."""
-
 UNLIKE = {"road_grade": 0.85, "auxiliary_load": 0.97}
 """Share of the nats of an unknown profile that a named one must gain to stand: a hill
 and an unknown drag differ by the accelerometer alone and by their knots; a heater and
 a drag differ by the speed, and in the motor's current."""
-
-SAME_FIGURE = {
-    "effects.front_cornering_stiffness.scale": (
-        "tyres.front_cornering_stiffness_n_per_rad",
-        True,
-    ),
-    "effects.rear_cornering_stiffness.scale": (
-        "tyres.rear_cornering_stiffness_n_per_rad",
-        True,
-    ),
-    "effects.yaw_inertia.scale": ("body.yaw_inertia_kgm2", True),
-    "effects.payload.mass_kg": ("body.mass_kg", False),
-}
-"""Figure of an effect -> figure of the file that it moves, and whether by a factor."""
 
 MOST_CAUSES = 6
 PROFILES = {
@@ -141,21 +114,6 @@ class Explanation:
     ranking: dict[str, float]
 
 
-@dataclass(frozen=True)
-class Refined:
-    """A candidate refined: its fit, and its gain by the noise before and after."""
-
-    screened: Screened
-    fit: Fit
-    before: float
-    after: float
-
-    @property
-    def gain(self) -> float:
-        """Nats that hold by either noise."""
-        return min(self.before, self.after)
-
-
 def compete(
     engine: Engine,
     candidates: Sequence[Candidate],
@@ -178,7 +136,7 @@ def compete(
         refined = refine(engine, current, likely(found, ENOUGH))
         if not causes:
             ranking |= {r.screened.candidate.effect: r.gain for r in refined}
-        best = refined[0] if refined else None
+        best = next((r for r in refined if r.is_steady), None)
         one = cause_of(best, refined) if best else None
         named = {c.effect for c in candidates} - taken
         varying = profile_cause(engine, current, named)
@@ -213,13 +171,9 @@ def without_idle(
             if k.key not in cause.keys
         ]
         start = {k: x for k, x in fit.values.items() if k not in cause.keys}
-        less = engine.fit(
-            start,
-            [k for _, k in kept],
-            noise=fit.noise,
-            signals=[j for j, _ in kept],
-            rounds=3,
-        )
+        now = engine.evaluate(start, [k for _, k in kept], fit.noise)
+        along = engine.whitened([j for j, _ in kept], fit.noise)
+        less = engine.improve(now, tangent=along, rounds=3)
         if fit.score - less.score < ENOUGH:
             causes = [c for c in causes if c is not cause]
             fit = engine.fit(less.values, less.knobs)
@@ -257,154 +211,6 @@ def needed_gain(causes: Sequence[Cause], where: Array) -> float:
         for c in causes
     ]
     return max([ENOUGH, *misfits])
-
-
-def screened(
-    engine: Engine, fit: Fit, candidates: Sequence[Candidate]
-) -> list[tuple[Screened, Fit]]:
-    """Screen candidates around a fit; best first, each with where to refine from."""
-    screen = Screen(engine, fit)
-    found = [(r, fit) for r in engine.pool.map(screen.best, candidates)]
-    found += released(engine, fit, candidates)
-    return sorted(found, key=lambda pair: -pair[0].gain)
-
-
-def released(
-    engine: Engine, fit: Fit, candidates: Sequence[Candidate]
-) -> list[tuple[Screened, Fit]]:
-    """Candidates in place of tolerances that were pulled too far.
-
-    A figure that is far from what the file states is an effect that acts on it: the
-    figure goes back and the effect takes its part over.
-    """
-    keys = {s.key: c for c in candidates for s in c.searches}
-    knobs = {k.key: k for k in fit.knobs}
-    found = []
-    for key, (figure, is_ratio) in SAME_FIGURE.items():
-        knob = knobs.get(figure)
-        if key not in keys or knob is None or not knob.sd < inf:
-            continue
-        now = fit.values[figure]
-        pull = (now - knob.value) / knob.sd
-        if abs(pull) < TOO_FAR:
-            continue
-        values = {key: now / knob.value if is_ratio else now - knob.value}
-        start = engine.evaluate(
-            fit.values | values | {figure: knob.value}, fit.knobs, fit.noise
-        )
-        start = replace(start, signals=fit.signals, information=fit.information)
-        found.append((Screened(keys[key], 0.5 * pull**2, values), start))
-    return found
-
-
-def likely(
-    found: Sequence[tuple[Screened, Fit]], needed: float
-) -> list[tuple[Screened, Fit]]:
-    """Return what is worth refining; nothing where no candidate comes near.
-
-    A strong effect may gain several times more once it is refined.
-    """
-    most = max((r.gain for r, _ in found), default=0.0)
-    if most < HOPELESS * needed:
-        return []
-    return [pair for pair in found if pair[0].gain > FAR_BEHIND * most][:REFINED]
-
-
-def refine(
-    engine: Engine, base: Fit, found: Sequence[tuple[Screened, Fit]]
-) -> list[Refined]:
-    """Refine candidates, by the noise of the base and by that of the best; best first.
-
-    The noise that the base leaves holds what it misses; that of the best candidate
-    shows the others in a sharper light. A gain counts if it holds by both.
-    """
-    found = [(r, start) for r, start in found if r.gain > 1]
-    if not found:
-        return []
-    handicap = [LESS_LIKELY.get(r.candidate.effect, 0.0) for r, _ in found]
-
-    def by(noise: list[Whitener], pairs: Sequence[tuple[Screened, Fit]]) -> list[Fit]:
-        def one(pair: tuple[Screened, Fit]) -> Fit:
-            return with_effect(engine, pair[1], pair[0], noise)
-
-        return list(engine.pool.map(one, pairs))
-
-    fits = by(base.noise, found)
-    before = [f.score - base.score - h for f, h in zip(fits, handicap, strict=True)]
-    noise = engine.learn_noise(fits[int(np.argmax(before))].residuals)
-    again = engine.fit(
-        base.values, base.knobs, noise=noise, signals=base.signals, rounds=3
-    )
-    best = max(before)
-    if best <= 0:
-        return []
-    every = zip(found, fits, handicap, before, strict=True)
-    close = [one for one in every if one[3] > FAR_BEHIND * best]
-    moved = [
-        (
-            replace(r, values={k: f.values[k] for k in r.values}),
-            replace(f, knobs=base.knobs, signals=base.signals),
-        )
-        for (r, _), f, _, _ in close
-    ]
-    handicap, before = [one[2] for one in close], [one[3] for one in close]
-    fits = by(noise, moved)
-    top = int(np.argmax(before))
-    if fits[top].score - again.score < before[top]:
-        # its signals have bent on the way: find them anew
-        fits[top] = engine.fit(fits[top].values, fits[top].knobs, noise=noise, rounds=4)
-    after = [f.score - again.score - h for f, h in zip(fits, handicap, strict=True)]
-    columns = zip((r for r, _ in moved), fits, before, after, strict=True)
-    refined = sorted((Refined(*one) for one in columns), key=lambda r: -r.gain)
-    names = [r.screened.candidate.effect for r in refined]
-    return plainest_first(
-        [r for i, r in enumerate(refined) if names[i] not in names[:i]]
-    )
-
-
-def plainest_first(refined: list[Refined]) -> list[Refined]:
-    """Put a plainer effect first that does as well as the best to the last percent."""
-    if not refined or refined[0].screened.candidate.effect not in LESS_LIKELY:
-        return refined
-    least = 0.98 * refined[0].gain - TIED
-    for i, r in enumerate(refined):
-        if r.screened.candidate.effect not in LESS_LIKELY and r.gain > least:
-            return [r, *refined[:i], *refined[i + 1 :]]
-    return refined
-
-
-def with_effect(
-    engine: Engine, base: Fit, screened: Screened, noise: list[Whitener]
-) -> Fit:
-    """Refine one candidate under given noise, the knobs of the base giving way."""
-    mine = effect_knobs(screened)
-    keys = {k.key for k in mine}
-    kept = [(j, k) for j, k in zip(base.signals, base.knobs, strict=True)]
-    kept = [(j, k) for j, k in kept if k.key not in keys]
-    knobs = [k for _, k in kept] + mine
-    now = engine.evaluate(base.values | screened.values, knobs, noise)
-    for _ in range(6):
-        own = engine.signals(now.values, mine, now.residuals)
-        signals = [j for j, _ in kept] + own
-        new = engine.fit(now.values, knobs, noise=noise, signals=signals, rounds=1)
-        gain = new.score - now.score
-        now = new
-        if gain < 0.5:
-            break
-    return now
-
-
-def effect_knobs(screened: Screened) -> list[Knob]:
-    """The figures of a candidate, free to move from where the screen left them."""
-    knobs = []
-    for s in screened.candidate.searches:
-        if s.key not in screened.values or s.clocked:
-            continue
-        x = screened.values[s.key]
-        moved = abs(x - s.neutral) if s.neutral < inf else abs(x)
-        step = 0.02 * (moved or abs(s.first) or 1.0)
-        knobs.append(Knob(s.key, x, inf, s.low, s.high, step))
-    return knobs
 
 
 def cause_of(best: Refined, refined: Sequence[Refined]) -> Cause:

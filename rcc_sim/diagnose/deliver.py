@@ -7,6 +7,7 @@ from typing import IO, Any
 
 import numpy as np
 
+from rcc_sim.definitions.figure import Z_90
 from rcc_sim.definitions.write_vehicle import write_vehicle
 from rcc_sim.diagnose.experiment import next_run
 from rcc_sim.diagnose.run import Diagnosis
@@ -63,7 +64,7 @@ def write_profiles(found: Diagnosis, file: IO[bytes]) -> None:
         if base == 0.0 and key in found.vehicle.figures():
             base = found.vehicle.figures()[key].value
         value = profile.at(x) + base
-        band = 1.645 * np.interp(x, profile.knots, profile.sd)
+        band = Z_90 * np.interp(x, profile.knots, profile.sd)
         name = key.removeprefix("effects.")
         columns |= {
             name: value,

@@ -16,6 +16,7 @@ from rcc_sim.diagnose.noise import (
     fit_whitener,
     lag_edges,
     local_range,
+    log_density,
     log_likelihood,
     weights,
 )
@@ -35,6 +36,9 @@ more exact than that."""
 NOISELESS = 2e-3
 """The same for a channel without noise, as a simulated log has: there each launch that
 is a tick late would outweigh the drive."""
+
+STRETCHES = 25
+"""Stretches of a log over which gains are told apart."""
 
 WORKERS = 2
 SHORTER = (1.0, 0.4, 0.1)
@@ -89,6 +93,24 @@ class Fit:
         return spread
 
 
+@dataclass(frozen=True)
+class Tangent:
+    """How residuals change with some knobs: as they are, and whitened (rows, knobs)."""
+
+    signals: list[list[Array]]
+    white: Array
+
+    def but(self, which: Sequence[int]) -> Tangent:
+        """Return it without some of the knobs."""
+        kept = [i for i in range(len(self.signals)) if i not in which]
+        return Tangent([self.signals[i] for i in kept], self.white[:, kept])
+
+    def __add__(self, other: Tangent) -> Tangent:
+        return Tangent(
+            self.signals + other.signals, np.hstack([self.white, other.white])
+        )
+
+
 class Engine:
     """The model and one or more logs of the same vehicle.
 
@@ -96,22 +118,18 @@ class Engine:
     ----------
     problems : sequence of Problem
         The logs; all are explained at once.
-    rows : list of ndarray of bool, optional
-        Rows of each log that count; all where not given.
     """
 
-    def __init__(
-        self, problems: Sequence[Problem], rows: list[Mask] | None = None
-    ) -> None:
+    def __init__(self, problems: Sequence[Problem]) -> None:
         self.problems = tuple(problems)
         self.pool = ThreadPoolExecutor(WORKERS)
         self.tracks = [(i, c) for i, p in enumerate(problems) for c in p.channels]
         self.valid, self.grows_with, self.edges, self.least = [], [], [], []
-        for i, p in enumerate(problems):
+        for p in problems:
             t = p.log["time_s"]
             rate = 1 / float(np.median(np.diff(t)))
             for c, ok in zip(p.channels, p.judged, strict=True):
-                self.valid.append(ok if rows is None else ok & rows[i])
+                self.valid.append(ok)
                 grows = [p.speed, local_range(p.nominal[c]), *p.unsure]
                 counts = c == "speed_mps" and len(t) < SHORT
                 self.grows_with.append([] if counts else grows)
@@ -120,14 +138,10 @@ class Engine:
                 edges = lag_edges(rate, MEMORY, len(t))
                 self.edges.append([] if counts else edges)
 
-    def on(self, rows: list[Mask]) -> Engine:
-        """The same on some rows of each log."""
-        return Engine(self.problems, rows)
-
-    def residuals(self, values: dict[str, float]) -> list[Array]:
-        """Measured minus predicted, a track each."""
+    def residuals(self, values: dict[str, float], coarse: bool = False) -> list[Array]:
+        """Measured minus predicted, a track each; coarse: for differences alone."""
         figures = figures_of(values)
-        found = [e for p in self.problems for e in p.residuals(figures)]
+        found = [e for p in self.problems for e in p.residuals(figures, coarse)]
         return [
             e - values.get(bias_key(i, c), 0.0)
             for (i, c), e in zip(self.tracks, found, strict=True)
@@ -159,6 +173,22 @@ class Engine:
         pairs = zip(noise, residuals, strict=True)
         return sum(log_likelihood(w, e) for w, e in pairs)
 
+    def gains(self, less: Fit, more: Fit) -> Array:
+        """Nats by which one fit is likelier than another, by stretch of each log.
+
+        Both are judged by the noise of the second; what priors add counts nowhere.
+        """
+        found = np.zeros((len(self.problems), STRETCHES))
+        tracks = zip(
+            self.tracks, more.noise, less.residuals, more.residuals, strict=True
+        )
+        for (log, _), w, a, b in tracks:
+            t = self.problems[log].log["time_s"][w.valid]
+            edges = np.linspace(t[0], t[-1], STRETCHES + 1)[1:-1]
+            each = log_density(w(b)) - log_density(w(a))
+            found[log] += np.bincount(np.searchsorted(edges, t), each, STRETCHES)
+        return found.ravel()
+
     @staticmethod
     def white(tracks: Sequence[Array], noise: list[Whitener]) -> Array:
         """All tracks, whitened, one after the other."""
@@ -181,9 +211,10 @@ class Engine:
         return Fit(dict(values), knobs, self.loglik(e, noise), prior, noise, e)
 
     def signals(
-        self, values: dict[str, float], knobs: Sequence[Knob], base: list[Array]
+        self, values: dict[str, float], knobs: Sequence[Knob]
     ) -> list[list[Array]]:
         """d(residual)/d(knob) by re-simulation, per knob and track."""
+        base = self.residuals(values, coarse=True)
 
         def one(k: Knob) -> list[Array]:
             if k.key.startswith(BIAS):
@@ -195,70 +226,70 @@ class Engine:
             h = k.stride
             if values[k.key] + h > k.high:
                 h = -h
-            new = self.residuals({**values, k.key: values[k.key] + h})
+            new = self.residuals({**values, k.key: values[k.key] + h}, coarse=True)
             return [(a - b) / h for a, b in zip(new, base, strict=True)]
 
         # few knobs are moved from within the pool's own threads
         each = map(one, knobs) if len(knobs) < 4 else self.pool.map(one, knobs)
         return list(each)
 
-    def fit(
-        self,
-        start: dict[str, float],
-        knobs: Sequence[Knob],
-        *,
-        noise: list[Whitener] | None = None,
-        signals: list[list[Array]] | None = None,
-        rounds: int = 6,
-    ) -> Fit:
-        """Maximum a posteriori under given noise, else under the noise it leaves.
+    def fit(self, start: dict[str, float], knobs: Sequence[Knob]) -> Fit:
+        """Maximum a posteriori under the noise that it leaves."""
+        now = self.evaluate({**{k.key: k.value for k in knobs}, **start}, knobs)
+        for rounds in (2, 6):
+            now = self.improve(now, rounds=rounds)
+            learnt = self.learn_noise(now.residuals)
+            loglik = self.loglik(now.residuals, learnt)
+            now = replace(now, noise=learnt, loglik=loglik)
+        return now
 
-        The signals of the knobs are found anew at the start and as they move, unless
-        they are given.
+    def improve(self, now: Fit, *, tangent: Tangent | None = None, rounds: int) -> Fit:
+        """Return a better fit under the same noise, after some rounds at most.
+
+        The tangent is found anew at the start and as knobs move, unless it is given.
         """
-        values = {**{k.key: k.value for k in knobs}, **start}
-        if noise is None:
-            now = self.evaluate(values, knobs)
-            for passes in (2, rounds):
-                now = self.fit(now.values, knobs, noise=now.noise, rounds=passes)
-                learnt = self.learn_noise(now.residuals)
-                loglik = self.loglik(now.residuals, learnt)
-                now = replace(now, noise=learnt, loglik=loglik)
-            return now
-        now = self.evaluate(values, knobs, noise)
-        J = signals or []
+        along = tangent or Tangent([], np.zeros((0, 0)))
         for turn in range(rounds):
-            if signals is None and turn in (0, 1, 3):
-                J = self.signals(now.values, knobs, now.residuals)
-            step, H = self.step(now, J)
-            now = replace(now, information=H, signals=J)
+            if tangent is None and turn in (0, 1, 3):
+                along = self.tangent(now.values, now.knobs, now.noise)
+            step, H = self.step(now, along.white)
+            now = replace(now, information=H, signals=along.signals)
             new = self.line_search(now, step)
             if new is None:
                 break
             gain = new.score - now.score
-            now = replace(new, information=H, signals=J)
+            now = replace(new, information=H, signals=along.signals)
             if gain < 0.05 and turn > 0:
                 break
         return now
 
-    def step(self, now: Fit, J: list[list[Array]]) -> tuple[Array, Array]:
-        """Gauss-Newton step and the information behind it."""
-        sd = np.array([k.sd for k in now.knobs])
+    def tangent(
+        self, values: dict[str, float], knobs: Sequence[Knob], noise: list[Whitener]
+    ) -> Tangent:
+        """How residuals change with some knobs."""
+        return self.whitened(self.signals(values, knobs), noise)
+
+    def whitened(self, J: list[list[Array]], noise: list[Whitener]) -> Tangent:
+        """Signals as they are and whitened."""
+        rows = sum(int(w.valid.sum()) for w in noise)
+        white = np.empty((len(J), rows))
+        for row, tracks in zip(white, J, strict=True):
+            row[:] = self.white(tracks, noise)
+        return Tangent(J, white.T)
+
+    def step(self, now: Fit, A: Array, rows: Mask | None = None) -> tuple[Array, Array]:
+        """Gauss-Newton step along whitened signals, and the information behind it."""
         w = self.white(now.residuals, now.noise)
-        A = self.matrix(J, now.noise)
+        if rows is not None:
+            w, A = w[rows], A[rows]
         W = weights(w)
+        sd = np.array([k.sd for k in now.knobs])
         H = (A.T * W) @ A + np.diag(1 / sd**2)
         off = np.array([(now.values[k.key] - k.value) / k.sd**2 for k in now.knobs])
         g = A.T @ (W * w) + off
         unit = 1 / np.sqrt(np.diag(H) + 1e-300)
         scaled = H * np.outer(unit, unit) + 1e-9 * np.eye(len(H))
         return -unit * np.linalg.solve(scaled, g * unit), H
-
-    @staticmethod
-    def matrix(J: list[list[Array]], noise: list[Whitener]) -> Array:
-        """Whitened signals, a column a knob."""
-        tracks = zip(noise, *J, strict=True)
-        return np.vstack([w(np.stack(js, axis=1)) for w, *js in tracks])
 
     def line_search(self, now: Fit, step: Array) -> Fit | None:
         """The first of ever shorter steps that is better, if any is."""

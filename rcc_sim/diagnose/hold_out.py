@@ -76,14 +76,8 @@ def restricted(noise: Sequence[Whitener], engine: Engine, rows: list[Mask]) -> M
 def refitted(engine: Engine, fit: Fit, rows: list[Mask]) -> dict[str, float]:
     """Figures that these rows alone ask for, to first order around a fit."""
     part = restricted(fit.noise, engine, rows)
-    w = engine.white(fit.residuals, fit.noise)[part]
-    A = engine.matrix(fit.signals, fit.noise)[part]
-    sd = np.array([k.sd for k in fit.knobs])
-    H = A.T @ A + np.diag(1 / sd**2)
-    off = np.array([(fit.values[k.key] - k.value) / k.sd**2 for k in fit.knobs])
-    unit = 1 / np.sqrt(np.diag(H) + 1e-300)
-    scaled = H * np.outer(unit, unit) + 1e-9 * np.eye(len(H))
-    step = -unit * np.linalg.solve(scaled, (A.T @ w + off) * unit)
+    along = engine.whitened(fit.signals, fit.noise)
+    step, _ = engine.step(fit, along.white, part)
     moved = dict(fit.values)
     for k, s, far in zip(fit.knobs, step, FARTHEST * fit.sds(), strict=True):
         x = fit.values[k.key] + float(np.clip(s, -far, far))
@@ -91,25 +85,39 @@ def refitted(engine: Engine, fit: Fit, rows: list[Mask]) -> dict[str, float]:
     return moved
 
 
-def hold_out(engine: Engine, nominal: Engine, fit: Fit) -> Shrink:
-    """Fit on half of the stretches, judge on the others, and the other way round.
+def halves(engine: Engine, fit: Fit) -> list[tuple[dict[str, float], list[Mask]]]:
+    """Figures that each half of the stretches asks for, and the rows of the other."""
+    return [(refitted(engine, fit, train), test) for train, test in folds(engine)]
+
+
+def hold_out(
+    engine: Engine,
+    nominal: Engine,
+    fit: Fit,
+    fitted: Sequence[tuple[dict[str, float], list[Mask]]],
+) -> Shrink:
+    """Judge figures found on half of the stretches by the rows of the other half.
 
     ``nominal`` holds the same logs without the profiles that were found; the nominal
     vehicle is judged there, as its file states it.
     """
     before = nominal.white(nominal.residuals({}), fit.noise) ** 2
     squares: list[tuple[float, float]] = []
-    for train, test in folds(engine):
-        values = refitted(engine, fit, train)
+    for values, test in fitted:
         after = engine.white(engine.residuals(values), fit.noise) ** 2
         judged = restricted(fit.noise, engine, test)
         parts = [p for p in np.array_split(np.flatnonzero(judged), 10) if len(p)]
         squares += [(float(before[p].mean()), float(after[p].mean())) for p in parts]
     b, a = np.array(squares).T
-    floor = min(NOISE, float(np.mean(a)))
-    total = max(float(b.mean()) - floor, 1e-9)
-    left = max(float(a.mean()) - floor, 0.0)
+    return shrink_of(b, a)
+
+
+def shrink_of(before: Array, after: Array) -> Shrink:
+    """Return what mean squares of stretches, before and after, come to."""
+    floor = min(NOISE, float(after.mean()))
+    total = max(float(before.mean()) - floor, 1e-9)
+    left = max(float(after.mean()) - floor, 0.0)
     explained = 1 - left / total
-    spread = Z_90 * float(a.std() / np.sqrt(len(a))) / total
+    spread = Z_90 * float(after.std() / np.sqrt(len(after))) / total
     low, high = max(explained - spread, -1.0), min(explained + spread, 1.0)
     return Shrink(total, left, explained, low, high)

@@ -80,32 +80,30 @@ class Whitener:
         """Return residuals (n,) or signals (n, k), whitened, invalid rows dropped."""
         if self.turned is not None:
             return self.turned @ np.where(np.isfinite(e[self.valid]), e[self.valid], 0)
-        wide = e if e.ndim > 1 else e[:, None]
-        z = np.where(self.valid[:, None], wide, 0.0) / self.scale[:, None]
-        if not len(self.memory):
-            w = z[self.valid] / self.sigma
-            return w if e.ndim > 1 else w[:, 0]
-        w = np.empty_like(z)
-        compiled(without_memory)(z, np.array(self.edges), self.memory, w)
-        w = w[self.valid] / self.sigma
-        return w if e.ndim > 1 else w[:, 0]
+        wide = np.ascontiguousarray(e.T) if e.ndim > 1 else e[None, :]
+        z = np.where(self.valid, wide, 0.0) / (self.scale * self.sigma)
+        if len(self.memory):
+            edges, share = np.array(self.edges), self.memory / np.diff(self.edges)
+            weight = np.diff(share, prepend=0.0, append=0.0)
+            compiled(take_foreseen)(z, edges, weight, np.zeros(len(e) + 1))
+        w = z[:, self.valid]
+        return w.T if e.ndim > 1 else w[0]
 
 
 @jit
-def without_memory(z, edges, memory, out):  # type: ignore[no-untyped-def]
-    """Take from each row of z (n, k) what the block means before it foresee."""
-    for j in range(z.shape[1]):
-        sums = np.zeros(len(memory))
-        for i in range(z.shape[0]):
-            foreseen = 0.0
-            for b in range(len(memory)):
-                foreseen += memory[b] * sums[b] / (edges[b + 1] - edges[b])
-            out[i, j] = z[i, j] - foreseen
-            for b in range(len(memory)):
-                if i >= edges[b]:
-                    sums[b] += z[i - edges[b], j]
-                if i >= edges[b + 1]:
-                    sums[b] -= z[i - edges[b + 1], j]
+def take_foreseen(z, edges, weight, total):  # type: ignore[no-untyped-def]
+    """Take from each z[j, i] what the block means before it foresee.
+
+    The means are differences of running totals, a weight for each edge of a block.
+    """
+    n = z.shape[1]
+    for j in range(z.shape[0]):
+        for i in range(n):
+            total[i + 1] = total[i] + z[j, i]
+        for b in range(len(edges)):
+            e = edges[b]
+            for i in range(e, n):
+                z[j, i] -= weight[b] * total[i - e]
 
 
 def weights(w: Array) -> Array:
@@ -113,16 +111,19 @@ def weights(w: Array) -> Array:
     return (FREEDOM + 1) / (FREEDOM + w * w)
 
 
-def log_density(w: Array) -> float:
-    """Log-likelihood of whitened residuals, up to a constant."""
-    return float(-0.5 * (FREEDOM + 1) * np.log1p(w * w / FREEDOM).sum())
+def log_density(w: Array) -> Array:
+    """Log-likelihood of each whitened residual, up to a constant."""
+    density: Array = -0.5 * (FREEDOM + 1) * np.log1p(w * w / FREEDOM)
+    return density
 
 
 def log_likelihood(whitener: Whitener, e: Array) -> float:
     """Log-likelihood of a channel's residual, scale and all."""
     n = int(whitener.valid.sum())
     size = float(np.log(whitener.scale[whitener.valid]).sum())
-    return log_density(whitener(e)) - n * float(np.log(whitener.sigma)) - size
+    return (
+        float(log_density(whitener(e)).sum()) - n * float(np.log(whitener.sigma)) - size
+    )
 
 
 def fit_whitener(
@@ -157,10 +158,7 @@ def fit_whitener(
     for _ in range(3):
         z = raw / scale
         means = block_means(z, edges) if len(memory) else []
-        if memory.any():
-            seen = z - sum(c * m for c, m in zip(memory, means, strict=True))
-        else:
-            seen = z
+        seen = z - sum(c * m for c, m in zip(memory, means, strict=True))
         share = fit_scale((seen * scale)[valid], X[:, valid], share)
         scale = np.sqrt(share @ X)
         z = raw / scale
@@ -227,7 +225,7 @@ def drifting(e: Array, scale: Array, valid: Mask) -> Whitener:
             K = np.diag(each) + size**2 * float(np.median(each)) * shape
             L = np.linalg.cholesky(K)
             w = np.linalg.solve(L, z)
-            value = log_density(w) - float(np.log(np.diag(L)).sum())
+            value = float(log_density(w).sum()) - float(np.log(np.diag(L)).sum())
             if value > best[0]:
                 best = (value, L)
     L = best[1]

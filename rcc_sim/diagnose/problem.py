@@ -99,18 +99,23 @@ class Problem:
         """What the nominal model predicts."""
         return self.predict({})
 
-    def predict(self, figures: dict[str, float]) -> dict[str, Array]:
+    def predict(
+        self, figures: dict[str, float], coarse: bool = False
+    ) -> dict[str, Array]:
         """Columns that the model predicts with some figures changed."""
         vehicle = self.vehicle
         if figures:
             vehicle = vehicle.changed(settings=dict(figures))
-        return self.run(vehicle, RECALLS)
+        return self.run(vehicle, RECALLS, coarse)
 
     def run(
-        self, vehicle: Vehicle, recalls: tuple[float, float] = (inf, inf)
+        self,
+        vehicle: Vehicle,
+        recalls: tuple[float, float] = (inf, inf),
+        coarse: bool = False,
     ) -> dict[str, Array]:
         """Columns that a vehicle predicts at the log's rows; a free run by default."""
-        out = replay(vehicle, self.drive, recalls)
+        out = replay(vehicle, self.drive, recalls, coarse=coarse)
         if self.charge is None:
             return out
         out = {name: self.charge.means(x) for name, x in out.items()}
@@ -120,9 +125,9 @@ class Problem:
             out["battery_power_w"] *= stated / true
         return out | {"time_s": self.log["time_s"]}
 
-    def residuals(self, figures: dict[str, float]) -> list[Array]:
+    def residuals(self, figures: dict[str, float], coarse: bool = False) -> list[Array]:
         """Measured minus predicted, per channel."""
-        out = self.predict(figures)
+        out = self.predict(figures, coarse)
         return [self.log[c] - out[c] for c in self.channels]
 
     @cached_property

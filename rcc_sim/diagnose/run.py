@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.analyse.gap import Gap, gap, window_of
+from rcc_sim.analyse.gap_energy import logged_power
 from rcc_sim.analyse.gap_report import where
 from rcc_sim.analyse.logged import Logged
 from rcc_sim.definitions.figure import Z_90, Figure
@@ -19,8 +20,8 @@ from rcc_sim.diagnose.candidates import candidates_for
 from rcc_sim.diagnose.compete import Cause, Explanation, compete
 from rcc_sim.diagnose.engine import Engine, Fit
 from rcc_sim.diagnose.experiment import next_experiments
-from rcc_sim.diagnose.hold_out import NOISE, Shrink, folds, hold_out, refitted
-from rcc_sim.diagnose.knobs import RADIUS
+from rcc_sim.diagnose.hold_out import Shrink, halves, hold_out, shrink_of
+from rcc_sim.diagnose.knobs import BIAS, RADIUS, figures_of
 from rcc_sim.diagnose.problem import Problem, by_charge
 from rcc_sim.diagnose.remainder import Remainder, remainder
 from rcc_sim.diagnose.verdict import (
@@ -135,7 +136,7 @@ class Diagnosis:
         """Stated figures that the logs moved within their sds, with intervals."""
         out = {}
         for knob in self.fit.knobs:
-            if not knob.sd < inf or knob.key.startswith("bias."):
+            if not knob.sd < inf or knob.key.startswith(BIAS):
                 continue
             if knob.key not in self.vehicle.figures():
                 continue
@@ -228,8 +229,9 @@ def diagnose(
         left = max(left, remainder(acting, fit), key=lambda r: r.evidence)
     told("proof on held-out rows")
     shrink, energy = _proof(acting, engine, fit, holdouts, vehicle)
+    stated = {key: figure.value for key, figure in vehicle.figures().items()}
     asserted = tuple(
-        Asserted(c, probability(c, left), estimates(fit, c)) for c in causes
+        Asserted(c, probability(c, left), estimates(fit, c, stated)) for c in causes
     )
     return Diagnosis(
         vehicle, gaps, status_of(causes, left), asserted, found, fit, left, shrink,
@@ -239,7 +241,7 @@ def diagnose(
 
 def problem_of(log: Trace, vehicle: Vehicle) -> Problem:
     """Return a log as a problem for a vehicle; its battery power is worked out."""
-    power = _battery_power(log)
+    power = logged_power(log)
     if power is not None and "battery_power_w" not in log:
         log = Trace({**log.columns, "battery_power_w": power}, name=log.name)
     drive = drive_of(log, vehicle, window_of(log))
@@ -270,42 +272,34 @@ def _proof(
     if holdouts:
         problems = [problem_of(one.log, vehicle) for one in holdouts]
         other = Engine(problems)
-        values = {k: x for k, x in fit.values.items() if not k.startswith("bias.")}
+        values = figures_of(fit.values)
         noise = other.learn_noise(other.residuals(values))
-        before = other.white(other.residuals({}), noise) ** 2
-        after = other.white(other.residuals(values), noise) ** 2
-        b, a = (
-            np.array([p.mean() for p in np.array_split(x, 20)]) for x in (before, after)
+        squares = [
+            other.white(other.residuals(figures), noise) ** 2
+            for figures in ({}, values)
+        ]
+        before, after = (
+            np.array([p.mean() for p in np.array_split(x, 20)]) for x in squares
         )
-        return _shrunk(b, a), _energy_percent(problems, [values], [None])
-    halves = [refitted(acting, fit, train) for train, _ in folds(acting)]
-    tests = [test for _, test in folds(acting)]
-    shrink = hold_out(acting, nominal, fit)
-    return shrink, _energy_percent(list(acting.problems), halves, tests)
-
-
-def _shrunk(b: Array, a: Array) -> Shrink:
-    floor = min(NOISE, float(a.mean()))
-    total, left = max(float(b.mean()) - floor, 1e-9), max(float(a.mean()) - floor, 0.0)
-    spread = Z_90 * float(a.std() / np.sqrt(len(a))) / total
-    share = 1 - left / total
-    return Shrink(total, left, share, max(share - spread, -1.0), min(share + spread, 1))
+        return shrink_of(before, after), _energy_percent(problems, [(values, None)])
+    fitted = halves(acting, fit)
+    shrink = hold_out(acting, nominal, fit, fitted)
+    return shrink, _energy_percent(acting.problems, fitted)
 
 
 def _energy_percent(
-    problems: list[Problem],
-    values: list[dict[str, float]],
-    tests: Sequence[Sequence[Mask] | None],
+    problems: Sequence[Problem],
+    fitted: Sequence[tuple[dict[str, float], Sequence[Mask] | None]],
 ) -> float | None:
     """Energy gap of free runs with these figures on rows that they did not see."""
     measured = simulated = 0.0
-    for figures, rows in zip(values, tests, strict=True):
-        car = {k: x for k, x in figures.items() if not k.startswith("bias.")}
+    for figures, rows in fitted:
+        vehicle = problems[0].vehicle.changed(settings=figures_of(figures))
         for i, p in enumerate(problems):
-            power = _battery_power(p.log)
+            power = logged_power(p.log)
             if power is None:
                 return None
-            out = p.run(p.vehicle.changed(settings=car))
+            out = p.run(vehicle)
             dt = np.gradient(p.log["time_s"])
             ok = np.isfinite(power) & np.isfinite(out["battery_power_w"])
             if rows is not None:
@@ -313,9 +307,3 @@ def _energy_percent(
             measured += float((power * dt)[ok].sum())
             simulated += float((out["battery_power_w"] * dt)[ok].sum())
     return 100 * (measured - simulated) / measured if measured else None
-
-
-def _battery_power(log: Trace) -> Array | None:
-    if "battery_voltage_v" in log and "battery_current_a" in log:
-        return log["battery_voltage_v"] * log["battery_current_a"]
-    return log.columns.get("battery_power_w")

@@ -53,7 +53,8 @@ class Screen:
 
     def __init__(self, engine: Engine, base: Fit) -> None:
         self.engine, self.base = engine, base
-        A = engine.matrix(base.signals, base.noise)
+        self.start = engine.residuals(base.values, coarse=True)
+        A = engine.whitened(base.signals, base.noise).white
         sd = np.array([k.sd for k in base.knobs])
         off = np.array([(base.values[k.key] - k.value) / k.sd for k in base.knobs])
         self.Q, _ = np.linalg.qr(np.vstack([A, np.diag(1 / sd)]))
@@ -66,8 +67,8 @@ class Screen:
 
     def signal(self, values: dict[str, float]) -> Array:
         """What some figures would change, whitened, beyond the knobs' reach."""
-        e = self.engine.residuals({**self.base.values, **values})
-        pairs = zip(e, self.base.residuals, strict=True)
+        e = self.engine.residuals({**self.base.values, **values}, coarse=True)
+        pairs = zip(e, self.start, strict=True)
         d = self.engine.white([a - b for a, b in pairs], self.base.noise)
         return self.free(np.concatenate([d, np.zeros(len(self.base.knobs))]))
 

@@ -35,6 +35,12 @@ Measured = tuple[Array, Array, Array, Array, Array]
 STEP = 0.01
 """Longest time step of an imposed run. [s]"""
 
+COARSE = (0.005, 0.05)
+"""Longest time steps of a commanded and of an imposed run that need only be near. [s]
+
+Enough for what a change of a figure does, the error being much the same without it.
+"""
+
 LATE = 1e6
 """Time beyond which a clock counts from its own start: Unix time, say. [s]"""
 
@@ -105,6 +111,7 @@ def replay(
     recalls: tuple[float, float] = (inf, inf),
     *,
     substeps: int = 1,
+    coarse: bool = False,
 ) -> dict[str, Array]:
     """Run the vehicle along a log; return what it predicts at the log's rows.
 
@@ -117,6 +124,8 @@ def replay(
         measured; infinite: never, a free run. [s]
     substeps : int
         Runs of the loop in place of one, to see what the time step costs.
+    coarse : bool
+        Take longer time steps (``COARSE``), several times as fast.
 
     Returns
     -------
@@ -131,10 +140,13 @@ def replay(
     values = kernel_params(vehicle, commanded=not drive.imposed)
     if drive.steered:
         values["lanes"]["steer"] = schema.LOGGED
+    control = values["control"]
     if drive.imposed:
-        values["control"]["T_loop"] = _step(drive.time)
-        values["control"]["delta_max"] = values["control"].get("delta_max", inf)
-    values["control"]["T_loop"] /= substeps
+        control["T_loop"] = _step(drive.time, COARSE[1] if coarse else STEP)
+        control["delta_max"] = control.get("delta_max", inf)
+    elif coarse:
+        control["T_loop"] *= max(math.floor(COARSE[0] / control["T_loop"] + 1e-6), 1)
+    control["T_loop"] /= substeps
     n = len(drive.time)
     own = own_terms(vehicle)
     P = record.array(own.params)
@@ -173,10 +185,10 @@ def replay(
     return seen
 
 
-def _step(time: Array) -> float:
+def _step(time: Array, longest: float) -> float:
     """Return the time step of an imposed run: a whole part of the rows' interval."""
     interval = float(np.median(np.diff(time)))
-    return interval / max(math.ceil(interval / STEP - 1e-6), 1)
+    return interval / max(math.ceil(interval / longest - 1e-6), 1)
 
 
 def as_true(vehicle: Vehicle, measured: Measured) -> Measured:
