@@ -138,7 +138,7 @@ def compete(
             ranking |= {r.screened.candidate.effect: r.gain for r in refined}
         best = next((r for r in refined if r.is_steady), None)
         one = cause_of(best, refined) if best else None
-        named = {c.effect for c in candidates} - taken
+        named = {c.effect for c in candidates} - {c.effect for c in causes if c.profiles}
         varying = profile_cause(engine, current, named)
         constant = {r.candidate.effect: r.gain for r, _ in reversed(found)}
         if varying and is_clear(varying, one, constant, causes):
@@ -146,6 +146,7 @@ def compete(
             left = remainder(engine, current).against(varying.effect, varying.shares)
             if varying.gain > UNLIKE[varying.effect] * left:
                 engine, current = with_profile(engine, current, varying)
+                causes = [c for c in causes if c.effect != varying.effect]
                 causes.append(varying)
                 continue
         if best is None or one is None or one.gain < needed_gain(causes, one.shares):

@@ -29,7 +29,7 @@ DRIFTS = ("effects.auxiliary_load.power_w",)
 """What a slow drift of the battery's gauge looks the same as, and gives way to."""
 
 ROUNDS = 4
-"""Rounds in which a profile and the drift of a sensor find their shares."""
+"""Rounds in which a profile and the noise find their shares."""
 
 
 @dataclass(frozen=True)
@@ -134,7 +134,11 @@ class Probe:
         found = self._weighed(tracks, H, noise, self._left(tracks))
         drifts = self.key not in DRIFTS and any(w.turned is not None for w in noise)
         if drifts:
-            found = self._with_drift(tracks, H, found)
+            found = self._relearnt(tracks, H, found)
+        elif found.evidence > 0:
+            again = self._relearnt(tracks, H, found)
+            if again.evidence > found.evidence:  # sharper, and no likelier for it
+                found = replace(again, evidence=found.evidence)
         return Profile(
             self.key, along, knots, found.value, found.sd, found.evidence, drifts
         )
@@ -158,13 +162,14 @@ class Probe:
         rest = np.concatenate([w(e) for w, e in zip(noise, left, strict=True)])
         W = np.sqrt(weights(rest))
         A, r, J = A * W[:, None], r * W, J * W[:, None]
-        M, b, back = freed(A, r, J, np.array([k.sd for k in fit.knobs]))
+        off = np.array([fit.values[k.key] - k.value for k in fit.knobs])
+        M, b, back = freed(A, r, J, np.array([k.sd for k in fit.knobs]), off)
         evidence, value, sd = likeliest(M, b)
         cost = float(b @ value - 0.5 * value @ M @ value) - evidence
         return Weighed(evidence, value, sd, back(value), cost)
 
-    def _with_drift(self, tracks: list[int], H: Array, found: Weighed) -> Weighed:
-        """Weigh a profile against the drift of a sensor: either may be the other.
+    def _relearnt(self, tracks: list[int], H: Array, found: Weighed) -> Weighed:
+        """Weigh a profile against the noise, as either may be taken for the other.
 
         The noise is learnt anew from what the profile leaves. The evidence is the
         likelihood of that, by that noise, to the likelihood of all by its own.
@@ -195,16 +200,19 @@ class Probe:
 
 
 def freed(
-    A: Array, r: Array, J: Array, sd: Array
+    A: Array, r: Array, J: Array, sd: Array, off: Array
 ) -> tuple[Array, Array, Callable[[Array], Array]]:
     """Normal equations of A a = -r once the knobs J, with priors sd, give way.
 
+    A knob that is ``off`` what was expected of it is drawn back there.
     The third tells by how much the knobs move with strengths a.
     """
     unit = np.where(np.isfinite(sd), sd, 1 / np.sqrt((J**2).sum(0) + 1e-300))
     J = J * unit
     N = J.T @ J + np.diag(np.where(np.isfinite(sd), 1.0, 1e-9))
-    G = np.linalg.solve(N, J.T @ np.column_stack([A, r]))
+    right = J.T @ np.column_stack([A, r])
+    right[:, -1] += np.where(np.isfinite(sd), off / unit, 0.0)
+    G = np.linalg.solve(N, right)
     AJ = A.T @ J
     M = A.T @ A - AJ @ G[:, :-1]
 
@@ -219,11 +227,12 @@ def likeliest(M: Array, b: Array) -> tuple[float, Array, Array]:
     """Evidence, strengths and their sd under the prior size that is likeliest."""
     k = len(b)
     D = np.diff(np.eye(k), axis=0)
+    level = np.full((k, k), 1 / k)  # a mean counts as one figure, not as one a knot
     unit = 1 / (np.sqrt(np.trace(M) / k) or 1.0)
     best = (0.0, np.zeros(k), np.zeros(k))
     for size in SIZES:
         tau = size * unit
-        P = np.eye(k) / tau**2 + D.T @ D / (ROUGHNESS * tau) ** 2
+        P = (np.eye(k) - level + level / k) / tau**2 + D.T @ D / (ROUGHNESS * tau) ** 2
         C = np.linalg.cholesky(M + P + 1e-12 * np.trace(M) / k * np.eye(k))
         y = np.linalg.solve(C, b)
         half = np.log(np.diag(C)).sum() - 0.5 * np.linalg.slogdet(P)[1]
