@@ -64,7 +64,8 @@ class Charge:
         flown = np.diff(np.cumsum(np.where(known, x, 0.0) * spans)[self.edges])
         whole = np.diff(np.cumsum(spans)[self.edges])
         out = np.full(len(whole), np.nan)
-        return np.divide(flown, whole, out=out, where=whole > 0)
+        np.divide(flown, whole, out=out, where=whole > 0)
+        return out
 
     def held(self, x: Array) -> Array:
         """What is known per stretch, at each of its rows; NaN outside all of them."""

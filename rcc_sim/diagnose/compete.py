@@ -138,7 +138,9 @@ def compete(
             ranking |= {r.screened.candidate.effect: r.gain for r in refined}
         best = next((r for r in refined if r.is_steady), None)
         one = cause_of(best, refined) if best else None
-        named = {c.effect for c in candidates} - {c.effect for c in causes if c.profiles}
+        named = {c.effect for c in candidates} - {
+            c.effect for c in causes if c.profiles
+        }
         varying = profile_cause(engine, current, named)
         constant = {r.candidate.effect: r.gain for r, _ in reversed(found)}
         if varying and is_clear(varying, one, constant, causes):

@@ -224,7 +224,7 @@ def drifting(e: Array, scale: Array, valid: Mask) -> Whitener:
         for size in DRIFT_SIZES:
             K = np.diag(each) + size**2 * float(np.median(each)) * shape
             L = np.linalg.cholesky(K)
-            w = np.linalg.solve(L, z)
+            w: Array = np.asarray(np.linalg.solve(L, z))
             value = float(log_density(w).sum()) - float(np.log(np.diag(L)).sum())
             if value > best[0]:
                 best = (value, L)

@@ -179,7 +179,7 @@ class Problem:
         throttle = self.log.columns.get("throttle")
         if self.drive.imposed or throttle is None:
             return np.zeros(len(self.log), dtype=bool)
-        return (throttle == 0) & (self.log["speed_mps"] == 0)
+        return np.asarray((throttle == 0) & (self.log["speed_mps"] == 0))
 
     @property
     def knows_voltage(self) -> bool:

@@ -29,6 +29,6 @@ EFFECT = Effect(
     ),
     channels=("speed_mps",),
     seen_as="a car that stands until the throttle passes a value",
-    source="definition; as in the DART car's force map, F proportional to throttle less "
-    "0.1638 (L. Lyons et al., IEEE 10588526, 2024)",
+    source="definition; as in the DART car's force map, F proportional to throttle "
+    "less 0.1638 (L. Lyons et al., IEEE 10588526, 2024)",
 )
