@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rcc_sim.analyse.charge import charge_of
 from rcc_sim.analyse.gap_alarm import alarm_limit, strongest_first
 from rcc_sim.analyse.gap_channels import ChannelGap, channel_gap, noise_of
 from rcc_sim.analyse.gap_energy import EnergyGap, share_uncertainty
@@ -128,6 +130,11 @@ def gap(
     log = logged.log
     _refuse_unusable(logged, vehicle)
     drive = drive_of(log, vehicle, window or window_of(log))
+    charge = charge_of(log, vehicle) if drive.imposed else None
+    if charge is not None:
+        drive = replace(drive, window=inf)
+        columns = {**log.columns, "battery_power_w": charge.held(charge.power)}
+        log = Trace(columns, name=log.name)
     if drive.imposed:  # power follows from the motion, not from the torque logged
         drive = untorqued(drive)
     names = USED
@@ -140,6 +147,9 @@ def gap(
     moved = tolerances(
         vehicle, drive, base, progress=lambda share: tell(0.3 + 0.5 * share)
     )
+    if charge is not None:
+        simulated = charge.as_known(simulated)
+        moved = charge.tolerances(moved, vehicle)
     scale = Scale.of(vehicle)
     kinds = _kinds(log, drive, simulated, scale)
     compared = _compared(log, drive, simulated, channels, scale)
@@ -147,6 +157,8 @@ def gap(
     gaps, sizes = [], {}
     for name, e in compared.items():
         noise = noise_of(name, log, e, vehicle, repeats, memory)
+        if charge is not None and name == "battery_power_w":
+            noise = charge.noise_of(e), "charge"
         band = moved.band(name, len(log))
         ok = np.isfinite(e)
         gaps.append(
@@ -164,6 +176,13 @@ def gap(
     )
     model = power_of(energy.at, simulated)
     power = None if measured is None else measured - model
+
+    def driven(d: Drive) -> tuple[Array, Array]:
+        power, shifts = power_and_shifts(vehicle, d, energy.at)
+        if charge is None:
+            return power, shifts
+        return charge.at_rows(power), charge.shifts(shifts)
+
     tell(0.85)
     stages = (
         []
@@ -172,7 +191,7 @@ def gap(
             log,
             vehicle,
             drive,
-            lambda d: power_and_shifts(vehicle, d, energy.at),
+            driven,
             simulated=model,
             measured=measured,
             weights=weights,
@@ -292,6 +311,11 @@ def _notes(
         notes.append(
             "noise is guessed from the log; --repeats or the vehicle file's [sensors] "
             "would tell it"
+        )
+    if any(g.noise_from == "charge" for g in gaps):
+        notes.append(
+            "the battery's power is the mean over stretches of the log, from its state "
+            "of charge and the energy that the file states"
         )
     if not moved.keys:
         notes.append(f"{vehicle.name} states no sd: u_val holds noise alone")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import IO
 
@@ -21,6 +21,7 @@ from rcc_sim.analyse.logcheck.finding import (
     counted,
     runs,
 )
+from rcc_sim.analyse.stale import refreshed
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
 from rcc_sim.readers import Log, on_one_clock, read_log, with_vehicle
@@ -94,6 +95,7 @@ def open_log(
     """
     reading = read_log(source, reader=reader, columns=columns, stdin=stdin)
     reading = with_vehicle(reading, vehicle)
+    reading = replace(reading, trace=steered(reading.trace, vehicle))
     trace, notes = _one_clock(_without(reading.trace, hide))
     checked = check_log(trace, vehicle)
     _refuse_time(checked.findings, trace.name)
@@ -103,9 +105,35 @@ def open_log(
         if name not in checked.unusable
     }
     log, turned = _forward(Trace(kept, name=trace.name))
+    log, renewed = refreshed(log)
     _refuse(log, checked.unusable)
     told = [f for f in checked.findings if not turned or f.kind != turned[0].kind]
-    return Logged(log, (*file_findings(reading), *notes, *turned, *told), reading)
+    return Logged(
+        log, (*file_findings(reading), *notes, *turned, *renewed, *told), reading
+    )
+
+
+def steered(trace: Trace, vehicle: Vehicle) -> Trace:
+    """Add the road wheels' angle where a log has the command that the file maps.
+
+    Raises
+    ------
+    InputError
+        If the map does not rise, or its two lists differ in length.
+    """
+    control = vehicle.controller
+    command = control.steering_command if control else None
+    angle = control.steering_angle_rad if control else None
+    if "steering" not in trace or "steer_cmd_rad" in trace or not (command or angle):
+        return trace
+    command, angle = command or [], angle or []
+    if len(command) != len(angle) or len(command) < 2 or min(np.diff(command)) <= 0:
+        raise InputError(
+            f"{vehicle.where}: controller.steering_command: should rise, an angle each",
+            f"{len(command)} commands, steering_angle_rad has {len(angle)}",
+        )
+    found = np.interp(trace["steering"], command, angle)
+    return Trace({**trace.columns, "steer_cmd_rad": found}, name=trace.name)
 
 
 def _without(trace: Trace, hide: Sequence[str]) -> Trace:

@@ -186,6 +186,7 @@ def _found(
             candidates=candidates,
             holdouts=opened(holdout),
             repeats=[one.log for one in opened(repeats)],
+            withheld=withhold,
             told=tell,
         )
 

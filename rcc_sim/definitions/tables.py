@@ -126,6 +126,8 @@ class Controller(Table):
     bec_voltage_v: Positive | None = None
     bec_current_a: Positive | None = None
     max_steer_rad: Annotated[Figure, _within(0.01, 1.5)] | None = None
+    steering_command: list[float] | None = None
+    steering_angle_rad: list[float] | None = None
     driver_time_constant_s: Positive | None = None
     force_throttle: list[float] | None = None
     force_speed_mps: list[float] | None = None

@@ -72,16 +72,24 @@ class Search:
 
 @dataclass(frozen=True)
 class Candidate:
-    """An effect that may be missing from the vehicle, or not be what it states."""
+    """An effect that may be missing from the vehicle, or not be what it states.
+
+    Of some several figures may be off at once: each sensor has a delay of its own.
+    """
 
     effect: str
     searches: tuple[Search, ...]
+    several: bool = False
 
 
 def candidates_for(
-    problems: Sequence[Problem], only: Sequence[str] = ()
+    problems: Sequence[Problem],
+    only: Sequence[str] = (),
+    withheld: Sequence[str] = (),
 ) -> list[Candidate]:
     """Return the effects that these logs could show.
+
+    What sums up others is one of them where it was withheld, or asked for.
 
     Raises
     ------
@@ -94,10 +102,14 @@ def candidates_for(
     for name, effect in known.items():
         if (only and name not in only) or not applies(first, effect):
             continue
+        asked = name in withheld or name in only
+        if name in AGGREGATES and name not in first.vehicle.effects and not asked:
+            continue
         params = [p for p in effect.params if is_fitted(first, effect, p)]
         searches = tuple(search_of(first, effect, p) for p in params)
         if searches:
-            found.append(Candidate(name, searches))
+            several = effect.sensor or name in AGGREGATES
+            found.append(Candidate(name, searches, several))
     missing = [name for name in only if name not in {c.effect for c in found}]
     if missing:
         why = "cannot show in this log" if missing[0] in known else "no such effect"
@@ -110,8 +122,6 @@ def applies(problem: Problem, effect: Effect) -> bool:
     vehicle, drive, name = problem.vehicle, problem.drive, effect.id
     mode = vehicle.controller.mode if vehicle.controller else "torque"
     stated = vehicle.effects
-    if name in AGGREGATES and name not in stated:
-        return False
     if name in COMMANDED and drive.imposed:
         return False
     if (name in SPEED_LOOP and mode != "speed") or (

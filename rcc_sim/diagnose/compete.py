@@ -32,7 +32,9 @@ On drives without a cause the best candidate seldom gains 10 and was seen to gai
 """
 
 PROFILE_ENOUGH = 40.0
-"""Nats that a profile must gain; it must beat a constant by half of this."""
+"""Nats that a profile must gain; it must beat a constant by half of this. One that is
+weighed together with a sensor's drift needs no more than a constant cause: noise alone
+gained 10 once in 100 draws."""
 
 PROFILE_MISFIT = 0.1
 """Share of what a profile gained that a further cause must: with knots some distance
@@ -139,7 +141,9 @@ def compete(
             ranking |= {r.screened.candidate.effect: r.gain for r in refined}
         best = next((r for r in refined if r.reaches(ENOUGH)), None)
         one = cause_of(best, refined) if best else None
-        named = {c.effect for c in candidates} - taken
+        named = {c.effect for c in candidates} - {
+            c.effect for c in causes if c.profiles
+        }
         varying = profile_cause(engine, current, named)
         constant = {r.candidate.effect: r.gain for r, _ in reversed(found)}
         if varying and is_clear(varying, one, constant, causes):
@@ -147,6 +151,7 @@ def compete(
             left = remainder(engine, current).against(varying.effect, varying.shares)
             if varying.gain > UNLIKE[varying.effect] * left:
                 engine, current = with_profile(engine, current, varying)
+                causes = [c for c in causes if c.effect != varying.effect]
                 causes.append(varying)
                 continue
         if not (best and one) or best.trusted < needed_gain(causes, one.shares):
@@ -192,14 +197,16 @@ def is_clear(
 
     It must also beat the same effect held constant.
     """
-    held = constant.get(varying.effect, 0.0) + PROFILE_ENOUGH / 2
-    needed = max(PROFILE_ENOUGH, needed_gain(causes, varying.shares), held)
+    drifts = any(p.beside_drift for p in varying.profiles.values())
+    enough = ENOUGH if drifts else PROFILE_ENOUGH
+    held = constant.get(varying.effect, 0.0) + enough / 2
+    needed = max(enough, needed_gain(causes, varying.shares), held)
     if varying.gain <= needed:
         return False
     if one is None:
         return True
     rival = one.gain * overlap(one.shares, varying.shares)
-    return varying.gain > rival + PROFILE_ENOUGH / 2
+    return varying.gain > rival + enough / 2
 
 
 def needed_gain(causes: Sequence[Cause], where: Array) -> float:

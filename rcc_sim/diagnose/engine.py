@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from rcc_sim.diagnose.knobs import BIAS, Knob, bias_key, figures_of
 from rcc_sim.diagnose.noise import (
+    SHORT,
     Whitener,
     fit_whitener,
     lag_edges,
@@ -129,10 +130,13 @@ class Engine:
             rate = 1 / float(np.median(np.diff(t)))
             for c, ok in zip(p.channels, p.judged, strict=True):
                 self.valid.append(ok)
-                self.grows_with.append([p.speed, local_range(p.nominal[c])])
+                grows = [p.speed, local_range(p.nominal[c]), *p.unsure]
+                counts = c == "speed_mps" and len(t) < SHORT
+                self.grows_with.append([] if counts else grows)
                 exact = INEXACT if is_rough(p.log[c]) else NOISELESS
                 self.least.append(exact * float(np.nanmax(np.abs(p.log[c]))))
-                self.edges.append(lag_edges(rate, MEMORY, len(t)))
+                edges = lag_edges(rate, MEMORY, len(t))
+                self.edges.append([] if counts else edges)
 
     def residuals(self, values: dict[str, float], coarse: bool = False) -> list[Array]:
         """Measured minus predicted, a track each; coarse: for differences alone."""
@@ -154,6 +158,15 @@ class Engine:
             strict=True,
         )
         return [fit_whitener(*track) for track in every]
+
+    def learn_noise_of(self, tracks: list[int], left: list[Array]) -> list[Whitener]:
+        """Noise model of some tracks, from what is left in them."""
+        return [
+            fit_whitener(
+                e, self.valid[i], self.grows_with[i], self.edges[i], self.least[i]
+            )
+            for i, e in zip(tracks, left, strict=True)
+        ]
 
     def loglik(self, residuals: list[Array], noise: list[Whitener]) -> float:
         """Log-likelihood of residuals."""

@@ -58,7 +58,8 @@ def folds(engine: Engine) -> list[tuple[list[Mask], list[Mask]]]:
             which = np.clip(np.searchsorted(edges, t, side="right") - 1, 0, STRETCHES)
             which = np.minimum(which, STRETCHES - 1)
             inner = edges[1:-1]
-            near = np.abs(t[:, None] - inner[None, :]).min(axis=1) < BORDER
+            border = min(BORDER, 0.25 * float(edges[1] - edges[0]))
+            near = np.abs(t[:, None] - inner[None, :]).min(axis=1) < border
             held = which % 2 == odd
             train.append(~held & ~near)
             test.append(held & ~near)

@@ -81,14 +81,15 @@ def tolerance_knobs(problem: Problem) -> list[Knob]:
 
 
 def bias_knobs(problem: Problem, log: int = 0) -> list[Knob]:
-    """An offset for each sensor but the motor's encoder, which counts."""
+    """An offset for each sensor but those that count: encoder and charge."""
     knobs = []
     for c in problem.channels:
         sensor = problem.vehicle.sensors.get(c)
         stated = sensor.bias_sd.value if sensor and sensor.bias_sd else None
         share = ZEROED if c.startswith("battery") else SENSOR_BIAS
         sd = share * calm_noise(problem.log[c]) if stated is None else stated
-        if c != "speed_mps" and sd > 0:
+        counted = c == "speed_mps" or (c == "battery_power_w" and problem.charge)
+        if not counted and sd > 0:
             knobs.append(Knob(bias_key(log, c), 0.0, sd))
     return knobs
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
+from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,16 @@ Mask = NDArray[np.bool_]
 FREEDOM = 8.0
 """Degrees of freedom of the t-distribution that whitened residuals follow."""
 
+DRIFTS = (16.0, 32.0, 64.0, 128.0)
+"""Times [rows] in which the drift of a sensor dies away."""
+
+DRIFT_SIZES = (0.0, 0.1, 0.2, 0.4, 0.8, 1.6)
+"""Sizes of the drift, in times the noise of a row."""
+
+SHORT = 1000
+"""Rows below which a log is too short to tell what an encoder's noise remembers: what
+is missing in the model would be learnt as a memory. That of other sensors is real."""
+
 
 def local_range(x: Array, rows: int = 7) -> Array:
     """How far a channel moves within some rows: where timing matters."""
@@ -30,9 +41,14 @@ def local_range(x: Array, rows: int = 7) -> Array:
 
 
 def lag_edges(rate: float, memory: float, rows: int) -> list[int]:
-    """Edges [rows] of the blocks of past rows, each twice as long as the last."""
-    edges = [0, 1, 2]
+    """Edges [rows] of the blocks of past rows, each twice as long as the last.
+
+    Rows farther apart than the noise remembers have none but a drift: [0].
+    """
     longest = min(memory * rate, rows / 20)
+    if memory * rate < 1:
+        return [0]
+    edges = [0, 1, 2]
     while edges[-1] * 2 <= longest:
         edges.append(edges[-1] * 2)
     return edges
@@ -58,14 +74,18 @@ class Whitener:
     edges: list[int]
     sigma: float
     valid: Mask
+    turned: Array | None = None
 
     def __call__(self, e: Array) -> Array:
         """Return residuals (n,) or signals (n, k), whitened, invalid rows dropped."""
+        if self.turned is not None:
+            return self.turned @ np.where(np.isfinite(e[self.valid]), e[self.valid], 0)
         wide = np.ascontiguousarray(e.T) if e.ndim > 1 else e[None, :]
         z = np.where(self.valid, wide, 0.0) / (self.scale * self.sigma)
-        edges, share = np.array(self.edges), self.memory / np.diff(self.edges)
-        weight = np.diff(share, prepend=0.0, append=0.0)
-        compiled(take_foreseen)(z, edges, weight, np.zeros(len(e) + 1))
+        if len(self.memory):
+            edges, share = np.array(self.edges), self.memory / np.diff(self.edges)
+            weight = np.diff(share, prepend=0.0, append=0.0)
+            compiled(take_foreseen)(z, edges, weight, np.zeros(len(e) + 1))
         w = z[:, self.valid]
         return w.T if e.ndim > 1 else w[0]
 
@@ -123,7 +143,8 @@ def fit_whitener(
     scale = np.ones(len(e))
     if n < 10 or not np.any(e[valid]):
         size = max(least, 1e-12) if n >= 10 else 1.0
-        return Whitener(scale, np.zeros(len(edges) - 1), edges, size, valid)
+        memory = np.zeros(max(len(edges) - 1, 0))
+        return Whitener(scale, memory, edges, size, valid)
     raw = np.where(valid, e, 0.0)
     parts = [np.ones(len(e))]
     for g in grows_with:
@@ -132,19 +153,22 @@ def fit_whitener(
             parts.append(g**2 / unit)
     X = np.stack(parts)
     share = np.full(len(parts), 1.0 / len(parts))
-    memory = np.zeros(len(edges) - 1)
+    memory = np.zeros(max(len(edges) - 1, 0))
     sigma = 1.0
     for _ in range(3):
         z = raw / scale
-        means = block_means(z, edges)
+        means = block_means(z, edges) if len(memory) else []
         seen = z - sum(c * m for c, m in zip(memory, means, strict=True))
         share = fit_scale((seen * scale)[valid], X[:, valid], share)
         scale = np.sqrt(share @ X)
         z = raw / scale
-        features = np.stack(block_means(z, edges), axis=1)[valid]
+        means = block_means(z, edges) if len(memory) else []
+        features = np.array(means).reshape(len(memory), len(z)).T[valid]
         memory, sigma = fit_memory(z[valid], features, memory)
     unit = float(np.sqrt(share[0])) or 1.0
     size = max(sigma * unit, least)
+    if edges == [0]:
+        return drifting(raw, scale / unit * size, valid)
     return Whitener(scale / unit, memory, edges, size, valid)
 
 
@@ -166,7 +190,7 @@ def fit_scale(u: Array, X: Array, share: Array) -> Array:
 def fit_memory(z: Array, features: Array, memory: Array) -> tuple[Array, float]:
     """Weights of past block means that foresee z, and the size of what is left."""
     size = np.sqrt(robust_size((z - features @ memory) ** 2))
-    for _ in range(2):
+    for _ in range(2 if len(memory) else 0):
         W = weights((z - features @ memory) / size)
         A = features.T * W
         N = A @ features
@@ -178,7 +202,33 @@ def fit_memory(z: Array, features: Array, memory: Array) -> tuple[Array, float]:
 
 def robust_size(squares: Array) -> float:
     """Square of the t-distribution's scale, from squared residuals."""
-    s = float(np.median(squares)) * 2.2 + 1e-300
+    least = 1e-6 * float(np.mean(squares))  # most rows may be alike to the last bit
+    s = max(float(np.median(squares)) * 2.2, least) + 1e-300
     for _ in range(6):
         s = float(np.mean((FREEDOM + 1) / (FREEDOM + squares / s) * squares)) + 1e-300
     return s
+
+
+def drifting(e: Array, scale: Array, valid: Mask) -> Whitener:
+    """Whitener of rows that are independent but for a slow drift of the sensor.
+
+    The drift's size and time are the likeliest for the residuals e, of which each has
+    the standard deviation ``scale`` beside it.
+    """
+    rows = np.flatnonzero(valid)
+    z, each = e[rows], scale[rows] ** 2
+    near = np.abs(rows[:, None] - rows[None, :])
+    best = (-inf, np.diag(np.sqrt(each)))
+    for time in DRIFTS:
+        shape = np.exp(-near / time)
+        for size in DRIFT_SIZES:
+            K = np.diag(each) + size**2 * float(np.median(each)) * shape
+            L = np.linalg.cholesky(K)
+            w: Array = np.asarray(np.linalg.solve(L, z))
+            value = float(log_density(w).sum()) - float(np.log(np.diag(L)).sum())
+            if value > best[0]:
+                best = (value, L)
+    L = best[1]
+    own = np.ones(len(e))
+    own[rows] = np.diag(L)
+    return Whitener(own, np.zeros(0), [0], 1.0, valid, np.linalg.inv(L))

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rcc_sim.analyse.charge import Charge, battery_energy, charge_of
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.physics.step import SLIP_BLEND
 from rcc_sim.simulate.replay import Drive, distance_of, replay
@@ -55,11 +57,18 @@ class Problem:
         What the sensors saw.
     drive : Drive
         What of the log drives the model.
+    charge : Charge or None
+        Stretches of the drive, one each row of the log, where power is known from the
+        battery's charge alone.
+    bridged : ndarray of bool or None
+        Rows of such a drive at which no speed was logged.
     """
 
     vehicle: Vehicle
     log: Trace
     drive: Drive
+    charge: Charge | None = None
+    bridged: NDArray[np.bool_] | None = None
 
     @cached_property
     def channels(self) -> tuple[str, ...]:
@@ -97,7 +106,24 @@ class Problem:
         vehicle = self.vehicle
         if figures:
             vehicle = vehicle.changed(settings=dict(figures))
-        return replay(vehicle, self.drive, RECALLS, coarse=coarse)
+        return self.run(vehicle, RECALLS, coarse)
+
+    def run(
+        self,
+        vehicle: Vehicle,
+        recalls: tuple[float, float] = (inf, inf),
+        coarse: bool = False,
+    ) -> dict[str, Array]:
+        """Columns that a vehicle predicts at the log's rows; a free run by default."""
+        out = replay(vehicle, self.drive, recalls, coarse=coarse)
+        if self.charge is None:
+            return out
+        out = {name: self.charge.means(x) for name, x in out.items()}
+        # the log's power was worked out with the energy that the file states
+        stated, true = battery_energy(self.vehicle), battery_energy(vehicle)
+        if stated and true:
+            out["battery_power_w"] *= stated / true
+        return out | {"time_s": self.log["time_s"]}
 
     def residuals(self, figures: dict[str, float], coarse: bool = False) -> list[Array]:
         """Measured minus predicted, per channel."""
@@ -107,13 +133,26 @@ class Problem:
     @cached_property
     def speed(self) -> Array:
         """Speed at the rows, 0 where unknown. [m/s]"""
-        speed = np.abs(self.drive.measured[0])
-        return np.where(np.isfinite(speed), speed, 0.0)
+        speed = self._speed
+        return speed if self.charge is None else self.charge.means(speed)
 
     @cached_property
     def distance(self) -> Array:
         """Distance from the start of the log. [m]"""
-        return distance_of(self.log["time_s"], self.speed)
+        distance = distance_of(self.drive.time, self._speed)
+        return distance if self.charge is None else self.charge.means(distance)
+
+    @cached_property
+    def unsure(self) -> list[Array]:
+        """Share of each stretch in which the speed was not logged, if any was not."""
+        if self.charge is None or self.bridged is None:
+            return []
+        return [self.charge.means(self.bridged.astype(float))]
+
+    @property
+    def _speed(self) -> Array:
+        speed = np.abs(self.drive.measured[0])
+        return np.where(np.isfinite(speed), speed, 0.0)
 
     @cached_property
     def judged(self) -> list[NDArray[np.bool_]]:
@@ -126,8 +165,21 @@ class Problem:
         for c in self.channels:
             ok = np.isfinite(self.log[c]) & np.isfinite(self.nominal[c])
             ok[0] = False
+            if c == "speed_mps":
+                ok &= ~self.parked
             masks.append(ok & rolling if c in LATERAL else ok)
         return masks
+
+    @property
+    def parked(self) -> NDArray[np.bool_]:
+        """Rows at which an open-loop car stands and nothing asks it to move.
+
+        An encoder tells nothing there, and is exact as it never is on the way.
+        """
+        throttle = self.log.columns.get("throttle")
+        if self.drive.imposed or throttle is None:
+            return np.zeros(len(self.log), dtype=bool)
+        return np.asarray((throttle == 0) & (self.log["speed_mps"] == 0))
 
     @property
     def knows_voltage(self) -> bool:
@@ -151,6 +203,23 @@ class Problem:
 
     def with_load(self, power: Array) -> Problem:
         """The same drive with an auxiliary power [W] at each row on top."""
+        if self.charge is not None:
+            power = np.interp(self.charge.time, self.log["time_s"], power)
         ref, steer, throttle, aux = self.drive.commands
         commands = (ref, steer, throttle, aux + power)
         return replace(self, drive=replace(self.drive, commands=commands))
+
+
+def by_charge(log: Trace, vehicle: Vehicle, drive: Drive) -> Problem | None:
+    """Return a log as one row a stretch between two states of charge, if it is one.
+
+    Every other channel is then a mean over the stretch, too.
+    """
+    charge = charge_of(log, vehicle) if drive.imposed else None
+    if charge is None:
+        return None
+    drive = replace(drive, window=inf)
+    columns = {name: charge.means(x) for name, x in log.columns.items()}
+    columns["battery_power_w"] = charge.power
+    bridged = ~np.isfinite(log["speed_mps"])
+    return Problem(vehicle, Trace(columns, name=log.name), drive, charge, bridged)

@@ -8,13 +8,14 @@ a prior on their size and roughness that the log itself scales.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.diagnose.engine import Engine, Fit
-from rcc_sim.diagnose.noise import Whitener, weights
+from rcc_sim.diagnose.noise import Whitener, log_likelihood, weights
 
 Array = NDArray[np.float64]
 
@@ -23,6 +24,12 @@ SIZES = np.logspace(-1, 4, 21)
 
 ROUGHNESS = 0.5
 """Size of the change from window to window, in times the size of the profile."""
+
+DRIFTS = ("effects.auxiliary_load.power_w",)
+"""What a slow drift of the battery's gauge looks the same as, and gives way to."""
+
+ROUNDS = 4
+"""Rounds in which a profile and the noise find their shares."""
 
 
 @dataclass(frozen=True)
@@ -39,6 +46,8 @@ class Profile:
         Coordinate, strength there, standard deviation.
     evidence : float
         Log of the marginal likelihood ratio to no profile. [nats]
+    beside_drift : bool
+        Whether it was weighed together with the drift of a sensor.
     """
 
     key: str
@@ -47,6 +56,7 @@ class Profile:
     value: Array
     sd: Array
     evidence: float
+    beside_drift: bool = False
 
     def at(self, x: Array) -> Array:
         """Strength at a coordinate; the ends hold beyond them."""
@@ -81,6 +91,17 @@ def windows(x: Array, knots: Array) -> Array:
     return H
 
 
+@dataclass(frozen=True)
+class Weighed:
+    """Strengths with their sd, how the knobs give way, and what the prior costs."""
+
+    evidence: float
+    value: Array
+    sd: Array
+    knobs: Array
+    cost: float
+
+
 class Probe:
     """The signal of one figure at a fit, ready to be cut into windows."""
 
@@ -105,44 +126,114 @@ class Probe:
 
     def profile(self, log: int, along: str, x: Array, count: int) -> Profile:
         """Strengths over a coordinate x of one log, and the evidence for them."""
-        fit = self.fit
         knots = np.linspace(x.min(), x.max(), count)
         tracks = [i for i in self.tracks if self.engine.tracks[i][0] == log]
         if not tracks or knots[0] == knots[-1]:
             return Profile(self.key, along, knots, 0 * knots, 0 * knots, 0.0)
         H = windows(x, knots)
-        A = np.vstack([fit.noise[i](self.signal[i][:, None] * H) for i in tracks])
-        r = np.concatenate([fit.noise[i](fit.residuals[i]) for i in tracks])
-        J = np.vstack(
-            [fit.noise[i](np.stack([j[i] for j in fit.signals], 1)) for i in tracks]
+        noise = [self.fit.noise[i] for i in tracks]
+        found = self._weighed(tracks, H, noise, self._left(tracks))
+        drifts = self.key not in DRIFTS and any(w.turned is not None for w in noise)
+        if drifts:
+            found = self._relearnt(tracks, H, found)
+        elif found.evidence > 0:
+            again = self._relearnt(tracks, H, found)
+            if again.evidence > found.evidence:  # sharper, and no likelier for it
+                found = replace(again, evidence=found.evidence)
+        return Profile(
+            self.key, along, knots, found.value, found.sd, found.evidence, drifts
         )
-        W = np.sqrt(weights(r))
+
+    def _left(self, tracks: list[int]) -> list[Array]:
+        return [self.fit.residuals[i] for i in tracks]
+
+    def _weighed(
+        self,
+        tracks: list[int],
+        H: Array,
+        noise: list[Whitener],
+        left: list[Array],
+    ) -> Weighed:
+        """Strengths in some windows, by a noise and what is left to weigh rows by."""
+        fit = self.fit
+        pairs = list(zip(noise, tracks, strict=True))
+        A = np.vstack([w(self.signal[i][:, None] * H) for w, i in pairs])
+        r = np.concatenate([w(fit.residuals[i]) for w, i in pairs])
+        J = np.vstack([w(np.stack([j[i] for j in fit.signals], 1)) for w, i in pairs])
+        rest = np.concatenate([w(e) for w, e in zip(noise, left, strict=True)])
+        W = np.sqrt(weights(rest))
         A, r, J = A * W[:, None], r * W, J * W[:, None]
-        M, b = freed(A, r, J, np.array([k.sd for k in fit.knobs]))
+        off = np.array([fit.values[k.key] - k.value for k in fit.knobs])
+        M, b, back = freed(A, r, J, np.array([k.sd for k in fit.knobs]), off)
         evidence, value, sd = likeliest(M, b)
-        return Profile(self.key, along, knots, value, sd, evidence)
+        cost = float(b @ value - 0.5 * value @ M @ value) - evidence
+        return Weighed(evidence, value, sd, back(value), cost)
+
+    def _relearnt(self, tracks: list[int], H: Array, found: Weighed) -> Weighed:
+        """Weigh a profile against the noise, as either may be taken for the other.
+
+        The noise is learnt anew from what the profile leaves. The evidence is the
+        likelihood of that, by that noise, to the likelihood of all by its own.
+        """
+        fit = self.fit
+        sd = np.array([k.sd for k in fit.knobs])
+        off = np.array([fit.values[k.key] - k.value for k in fit.knobs])
+        before = self._left(tracks)
+        by = [fit.noise[i] for i in tracks]
+        all_in = sum(log_likelihood(w, e) for w, e in zip(by, before, strict=True))
+        best = replace(found, evidence=0.0, value=0 * found.value)
+        now = found
+        for _ in range(ROUNDS):
+            left = [
+                self.fit.residuals[i]
+                + self.signal[i] * (H @ now.value)
+                + np.stack([j[i] for j in fit.signals], 1) @ now.knobs
+                for i in tracks
+            ]
+            noise = self.engine.learn_noise_of(tracks, left)
+            now = self._weighed(tracks, H, noise, left)
+            likely = sum(log_likelihood(w, e) for w, e in zip(noise, left, strict=True))
+            pull = 0.5 * float((((off + now.knobs) / sd) ** 2 - (off / sd) ** 2).sum())
+            now = replace(now, evidence=likely - all_in - pull - now.cost)
+            if now.evidence > best.evidence:
+                best = now
+        return best
 
 
-def freed(A: Array, r: Array, J: Array, sd: Array) -> tuple[Array, Array]:
-    """Normal equations of A a = -r once the knobs J, with priors sd, give way."""
+def freed(
+    A: Array, r: Array, J: Array, sd: Array, off: Array
+) -> tuple[Array, Array, Callable[[Array], Array]]:
+    """Normal equations of A a = -r once the knobs J, with priors sd, give way.
+
+    A knob that is ``off`` what was expected of it is drawn back there.
+    The third tells by how much the knobs move with strengths a.
+    """
     unit = np.where(np.isfinite(sd), sd, 1 / np.sqrt((J**2).sum(0) + 1e-300))
     J = J * unit
     N = J.T @ J + np.diag(np.where(np.isfinite(sd), 1.0, 1e-9))
-    G = np.linalg.solve(N, J.T @ np.column_stack([A, r]))
+    right = J.T @ np.column_stack([A, r])
+    right[:, -1] += np.where(np.isfinite(sd), off / unit, 0.0)
+    G = np.linalg.solve(N, right)
     AJ = A.T @ J
     M = A.T @ A - AJ @ G[:, :-1]
-    return 0.5 * (M + M.T), -(A.T @ r - AJ @ G[:, -1])
+
+    def back(a: Array) -> Array:
+        moved: Array = -unit * (G @ np.append(a, 1.0))
+        return moved
+
+    return 0.5 * (M + M.T), -(A.T @ r - AJ @ G[:, -1]), back
 
 
 def likeliest(M: Array, b: Array) -> tuple[float, Array, Array]:
     """Evidence, strengths and their sd under the prior size that is likeliest."""
     k = len(b)
     D = np.diff(np.eye(k), axis=0)
+    level = np.full((k, k), 1 / k)  # a mean counts as one figure, not as one a knot
     unit = 1 / (np.sqrt(np.trace(M) / k) or 1.0)
     best = (0.0, np.zeros(k), np.zeros(k))
     for size in SIZES:
         tau = size * unit
-        P = np.eye(k) / tau**2 + D.T @ D / (ROUGHNESS * tau) ** 2
+        P = (np.eye(k) - level + level / k) / tau**2 + D.T @ D / (ROUGHNESS * tau) ** 2
         C = np.linalg.cholesky(M + P + 1e-12 * np.trace(M) / k * np.eye(k))
         y = np.linalg.solve(C, b)
         half = np.log(np.diag(C)).sum() - 0.5 * np.linalg.slogdet(P)[1]

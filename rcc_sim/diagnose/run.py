@@ -22,7 +22,7 @@ from rcc_sim.diagnose.engine import Engine, Fit
 from rcc_sim.diagnose.experiment import Experiment, next_experiments
 from rcc_sim.diagnose.hold_out import Shrink, halves, hold_out, shrink_of
 from rcc_sim.diagnose.knobs import BIAS, RADIUS, figures_of
-from rcc_sim.diagnose.problem import Problem
+from rcc_sim.diagnose.problem import Problem, by_charge
 from rcc_sim.diagnose.remainder import Remainder, remainder
 from rcc_sim.diagnose.ties import settled
 from rcc_sim.diagnose.verdict import (
@@ -34,7 +34,7 @@ from rcc_sim.diagnose.verdict import (
     standing,
     status_of,
 )
-from rcc_sim.simulate.replay import drive_of, replay
+from rcc_sim.simulate.replay import drive_of
 from rcc_sim.trace import Trace
 
 Array = NDArray[np.float64]
@@ -185,6 +185,7 @@ def diagnose(
     candidates: Sequence[str] = (),
     holdouts: Sequence[Logged] = (),
     repeats: Sequence[Trace] = (),
+    withheld: Sequence[str] = (),
     told: Callable[[str], None] = lambda _: None,
 ) -> Diagnosis:
     """Find which unmodelled effects part logs from a vehicle's model.
@@ -201,6 +202,8 @@ def diagnose(
         Logs that are judged and never fitted; stretches of ``logs`` where empty.
     repeats : sequence of Trace
         Other logs of the same drive, from which noise is known.
+    withheld : sequence of str
+        Effects that were taken out of the vehicle, and may be found again.
     told : callable
         Called with what is being done.
 
@@ -213,7 +216,7 @@ def diagnose(
     gaps = tuple(gap(one, vehicle, repeats=repeats) for one in logs)
     problems = [problem_of(one.log, vehicle) for one in logs]
     engine = Engine(problems)
-    able = candidates_for(problems, candidates)
+    able = candidates_for(problems, candidates, withheld)
     found = compete(engine, able, told)
     told("what is left")
     constant = {c.effect: c.keys for c in found.causes if not c.profiles}
@@ -230,8 +233,9 @@ def diagnose(
     fit, causes = known.fit, known.causes
     told("proof on held-out rows")
     shrink, energy = _proof(acting, engine, fit, holdouts, vehicle)
+    stated = {key: figure.value for key, figure in vehicle.figures().items()}
     asserted = tuple(
-        Asserted(c, probability(c, left), estimates(fit, c)) for c in causes
+        Asserted(c, probability(c, left), estimates(fit, c, stated)) for c in causes
     )
     told("which run to drive next")
     runs = tuple(next_experiments(acting, fit, asserted, known.rivals))
@@ -246,7 +250,8 @@ def problem_of(log: Trace, vehicle: Vehicle) -> Problem:
     power = logged_power(log)
     if power is not None and "battery_power_w" not in log:
         log = Trace({**log.columns, "battery_power_w": power}, name=log.name)
-    return Problem(vehicle, log, drive_of(log, vehicle, window_of(log)))
+    drive = drive_of(log, vehicle, window_of(log))
+    return by_charge(log, vehicle, drive) or Problem(vehicle, log, drive)
 
 
 def _only(
@@ -300,7 +305,7 @@ def _energy_percent(
             power = logged_power(p.log)
             if power is None:
                 return None
-            out = replay(vehicle, p.drive)
+            out = p.run(vehicle)
             dt = np.gradient(p.log["time_s"])
             ok = np.isfinite(power) & np.isfinite(out["battery_power_w"])
             if rows is not None:

@@ -18,6 +18,9 @@ TRIES = 7
 TICK, FINER = 0.001, 9
 """Step [s], and steps to each side, by which a clock's period is found finer."""
 
+ANOTHER = 5.0
+"""Nats that one more figure of an effect must gain to join the others."""
+
 FARTHEST = 10.0
 """Most that one try may reach beyond the last, in times its distance from neutral."""
 
@@ -74,46 +77,68 @@ class Screen:
         return float(-(self.left @ d) - 0.5 * (d @ d))
 
     def best(self, candidate: Candidate) -> Screened:
-        """Return a candidate at its best strength, one figure at a time."""
+        """Return a candidate at its best strength, one figure at a time.
+
+        Where several may be off, each further one that is worth it joins the best.
+        """
+        best = self.best_one(candidate, {})
+        while candidate.several and best.values:
+            more = self.best_one(candidate, best.values)
+            if more.gain < best.gain + ANOTHER:
+                break
+            best = more
+        return best
+
+    def best_one(self, candidate: Candidate, held: dict[str, float]) -> Screened:
+        """Return a candidate with one more figure than those that are held."""
         best = Screened(candidate, 0.0)
         for search in candidate.searches:
+            if search.key in held:
+                continue
             try:
-                gain, x = self.scan(search) if search.grid else self.seek(search)
+                scan = self.scan if search.grid else self.seek
+                gain, x = scan(search, held)
             except InputError:  # a strength that no such vehicle can have
                 continue
             if gain > best.gain:
-                best = Screened(candidate, gain, {search.key: x})
+                best = Screened(candidate, gain, {**held, search.key: x})
         return best
 
-    def scan(self, search: Search) -> tuple[float, float]:
+    def scan(self, search: Search, held: dict[str, float]) -> tuple[float, float]:
         """Best of a grid: for thresholds, limits and clocks, which have no slope."""
-        best = self.best_of(search.key, search.grid)
+        best = self.best_of(search.key, search.grid, held)
         if search.clocked and best[0] > 0:
             near = best[1] + TICK * np.arange(-FINER, FINER + 1)
-            best = max(best, self.best_of(search.key, near[near > 0]))
+            best = max(best, self.best_of(search.key, near[near > 0], held))
         return best
 
-    def best_of(self, key: str, strengths: Iterable[float]) -> tuple[float, float]:
+    def best_of(
+        self, key: str, strengths: Iterable[float], held: dict[str, float]
+    ) -> tuple[float, float]:
         """Best of some strengths and what it gains."""
-        tried = [(self.gain(self.signal({key: x})), float(x)) for x in strengths]
+        tried = [
+            (self.gain(self.signal({**held, key: x})), float(x)) for x in strengths
+        ]
         return max(tried, default=(0.0, 0.0))
 
-    def seek(self, search: Search) -> tuple[float, float]:
+    def seek(self, search: Search, held: dict[str, float]) -> tuple[float, float]:
         """Best strength by repeated linear guesses, from a likely one on."""
         start = self.base.values.get(search.key, search.neutral)
+        before = self.signal(held) if held else 0.0
         best = (0.0, start)
         x = search.first
         for _ in range(TRIES):
             x = min(max(x, search.low), search.high)
             if x == start:
                 break
-            d = self.signal({search.key: x})
+            whole = self.signal({**held, search.key: x})
+            d = whole - before
             size = float(d @ d)
             if size < 1e-6:
                 x = start + (x - start) * 100
                 continue
-            best = max(best, (self.gain(d), x))
-            share = -float(self.left @ d) / size
+            best = max(best, (self.gain(whole), x))
+            share = -float((self.left + before) @ d) / size
             if abs(share - 1) < 0.05 or 0.5 * share**2 * size < 0.5:
                 break
             x = start + (x - start) * min(max(share, -FARTHEST), FARTHEST)

@@ -78,14 +78,19 @@ def probability(cause: Cause, left: Remainder) -> float:
     return min(max(chance, 0.01), 0.995)
 
 
-def estimates(fit: Fit, cause: Cause) -> dict[str, Estimate]:
-    """Return the figures of a cause with their intervals."""
+def estimates(
+    fit: Fit, cause: Cause, stated: Mapping[str, float]
+) -> dict[str, Estimate]:
+    """Return the figures of a cause with their intervals.
+
+    ``stated`` holds what the vehicle file states: a profile acts on top of it.
+    """
     out = {}
     knobs = {k.key: k for k in fit.knobs}
     for key in cause.keys:
         name = key.rpartition(".")[2]
         if cause.profiles:
-            out[name] = _of_profile(fit, key, cause)
+            out[name] = _of_profile(fit, key, cause, stated.get(key, 0.0))
         elif key in knobs:
             sd = fit.sd(key) * INTERVAL
             value = fit.values[key]
@@ -98,11 +103,10 @@ def estimates(fit: Fit, cause: Cause) -> dict[str, Estimate]:
     return out
 
 
-def _of_profile(fit: Fit, key: str, cause: Cause) -> Estimate:
-    """Mean of a profile; an auxiliary load's total holds what the file states."""
+def _of_profile(fit: Fit, key: str, cause: Cause, stated: float) -> Estimate:
+    """Mean of a profile and what it acts on top of: fitted, else as the file states."""
     profile = next(iter(cause.profiles.values()))
-    stated = fit.values.get(key, 0.0)
-    mean = float(profile.value.mean()) + stated
+    mean = float(profile.value.mean()) + fit.values.get(key, stated)
     sd = float((profile.sd**2).mean() ** 0.5 / len(profile.sd) ** 0.5)
     return Estimate(mean, mean - Z_90 * sd, mean + Z_90 * sd, sd)
 

@@ -19,7 +19,7 @@ def linear_case(truth, noise, rng, rows=3000):
     A = windows(x, np.linspace(0, 1, len(truth)))
     r = -(A @ truth) + noise * rng.normal(size=rows)
     J = np.ones((rows, 1))
-    return freed(A, r, J, np.array([1e-6]))
+    return freed(A, r, J, np.array([1e-6]), np.zeros(1))[:2]
 
 
 def test_a_profile_is_found_with_its_band_and_nothing_where_there_is_none():
@@ -38,7 +38,7 @@ def test_what_a_free_knob_can_do_is_no_profile():
     x = np.linspace(0, 1, 3000)
     A = windows(x, np.linspace(0, 1, 10))
     r = 3.0 + rng.normal(size=3000)
-    M, b = freed(A, r, np.ones((3000, 1)), np.array([np.inf]))
+    M, b, _ = freed(A, r, np.ones((3000, 1)), np.array([np.inf]), np.zeros(1))
     assert likeliest(M, b)[0] < 5
 
 

@@ -6,16 +6,18 @@ from rcc_sim.physics.effect import Effect, Param
 
 @jit
 def felt_throttle(throttle, threshold):
-    """Throttle that acts: 0 below the threshold."""
-    if abs(throttle) < threshold:
-        return 0.0
-    return throttle
+    """Throttle that acts: what it is beyond the threshold, 0 below."""
+    if throttle > threshold:
+        return throttle - threshold
+    if throttle < -threshold:
+        return throttle + threshold
+    return 0.0
 
 
 EFFECT = Effect(
     id="throttle_dead_zone",
     title="dead zone of the throttle",
-    equation="throttle -> 0 below the threshold",
+    equation="throttle -> throttle less the threshold, 0 below it",
     params=(
         Param(
             "threshold",
@@ -27,5 +29,6 @@ EFFECT = Effect(
     ),
     channels=("speed_mps",),
     seen_as="a car that stands until the throttle passes a value",
-    source="definition",
+    source="definition; as in the DART car's force map, F proportional to throttle "
+    "less 0.1638 (L. Lyons et al., IEEE 10588526, 2024)",
 )

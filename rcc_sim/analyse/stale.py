@@ -1,0 +1,65 @@
+"""A speed that came seldom and was held in between: known where it changes alone."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rcc_sim.analyse.logcheck.finding import Finding, Mask
+from rcc_sim.trace import Trace
+
+SHORTEST = 3
+"""Rows of one value from which a speed counts as held."""
+
+LEAPS = 2.0
+"""Times by which the change after a hold exceeds one between rows that all differ: a
+speed that was kept while the vehicle went on leaps, one that was constant does not."""
+
+OFTEN = 0.1
+"""Share of the moving rows that are held, below which a log stays as it is."""
+
+FEWEST = 20
+
+
+def refreshed(trace: Trace) -> tuple[Trace, tuple[Finding, ...]]:
+    """Return a log with its speed left out where it only repeats the last one.
+
+    A speed of zero is a speed. A log whose holds do not end in leaps stays as it is.
+    """
+    speed = trace.columns.get("speed_mps")
+    if speed is None or len(speed) < FEWEST:
+        return trace, ()
+    again = held_rows(speed)
+    share = float(again.sum()) / max(int((np.nan_to_num(speed) != 0).sum()), 1)
+    if share < OFTEN:
+        return trace, ()
+    columns = {**trace.columns, "speed_mps": np.where(again, np.nan, speed)}
+    time = trace["time_s"]
+    found = Finding(
+        "held",
+        "speed_mps",
+        f"repeats its last value in {100 * share:.0f} % of the moving rows and leaps "
+        "on from there",
+        action="taken as known where it changes, and straight in between",
+        severity="warning",
+        start_s=float(time[again][0]),
+        end_s=float(time[again][-1]),
+    )
+    return Trace(columns, name=trace.name), (found,)
+
+
+def held_rows(speed: NDArray[np.float64]) -> Mask:
+    """Tell the rows that repeat a speed from which it then leaps, if that is usual."""
+    change = np.flatnonzero(np.diff(speed) != 0) + 1
+    first, end = np.concatenate([[0], change]), np.concatenate([change, [len(speed)]])
+    inner = slice(0, len(first) - 1)
+    rows, moving = (end - first)[inner], speed[first][inner] != 0
+    leap = np.abs(speed[end[inner]] - speed[first[inner]])
+    none = np.zeros(len(speed), dtype=bool)
+    held, live = moving & (rows >= SHORTEST), moving & (rows == 1)
+    if min(held.sum(), live.sum()) < FEWEST:
+        return none
+    if np.nanmedian(leap[held]) < LEAPS * np.nanmedian(leap[live]):
+        return none
+    none[1:] = (np.diff(speed) == 0) & (speed[1:] != 0)
+    return none

@@ -1,0 +1,78 @@
+"""A hill that only the state of charge shows."""
+
+import numpy as np
+import pytest
+
+from rcc_sim.analyse.charge import battery_energy
+from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose.candidates import candidates_for
+from rcc_sim.diagnose.compete import Cause, compete
+from rcc_sim.diagnose.engine import Engine, Fit
+from rcc_sim.diagnose.profile import Profile, freed
+from rcc_sim.diagnose.run import problem_of
+from rcc_sim.diagnose.verdict import estimates
+from rcc_sim.simulate.replay import drive_of, replay
+from rcc_sim.trace import Trace
+
+TWIZY = load_vehicle("twizy")
+
+
+def driven(climbs, seed=1):
+    """A drive of an hour with noisy power, logged by speed and charge alone."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(3600.0)
+    speed = 9 + 4 * np.sin(time / 60) + np.convolve(
+        rng.normal(0, 1, len(time)), np.ones(30) / 30, "same"
+    )  # fmt: skip
+    distance = np.cumsum(speed)
+    slope = climbs * np.sin(distance / 900)
+    columns = {"time_s": time, "speed_mps": speed, "slope": slope + 1e-9}
+    drive = drive_of(Trace(columns, name="true"), TWIZY, 1e9)
+    power = replay(TWIZY, drive)["battery_power_w"] + rng.normal(0, 800, len(time))
+    charge = 95 - 100 * np.cumsum(power) / battery_energy(TWIZY)
+    columns["state_of_charge_percent"] = np.round(charge / 0.02) * 0.02
+    del columns["slope"]
+    return Trace(columns, name="charge"), distance, slope
+
+
+def test_hills_are_found_by_the_charge_and_their_size_is_right():
+    log, distance, slope = driven(0.02)
+    problem = problem_of(log, TWIZY)
+    assert problem.channels == ("battery_power_w",)
+    names = ["road_grade", "auxiliary_load", "rolling_resistance", "payload"]
+    found = compete(Engine([problem]), candidates_for([problem], names))
+    assert found.causes[0].effect == "road_grade"
+    climbed = found.causes[0].profiles[0].at(distance)
+    gain = np.polyfit(slope, climbed, 1)[0]
+    assert 0.7 < gain < 1.3
+    assert np.corrcoef(slope, climbed)[0, 1] > 0.9
+
+
+def test_a_flat_road_has_no_hills():
+    problem = problem_of(driven(0.0)[0], TWIZY)
+    found = compete(Engine([problem]), candidates_for([problem], ["road_grade"]))
+    assert found.causes == ()
+
+
+@pytest.mark.parametrize("fitted", [{}, {"effects.auxiliary_load.power_w": 300.0}])
+def test_a_profile_acts_on_top_of_what_was_fitted_else_stated(fitted):
+    key = "effects.auxiliary_load.power_w"
+    knots, value = np.arange(4.0), np.array([900.0, 1100, 1000, 1000])
+    profile = Profile(key, "time_s", knots, value, np.full(4, 50.0), 99.0)
+    cause = Cause("auxiliary_load", (key,), 99.0, 0.0, profiles={0: profile})
+    figure = estimates(Fit(fitted, (), 0.0, 0.0, [], []), cause, {key: 450.0})
+    assert figure["power_w"].value == 1000 + fitted.get(key, 450.0)
+
+
+def test_a_knob_that_was_pulled_away_gives_a_profile_its_part_back():
+    rows, sd = 400, 0.1
+    A, J = np.ones((rows, 1)), np.ones((rows, 1))
+    truth = 3.0
+    # alone, the knob took all but its prior's share; the profile is free to take it
+    taken = truth * rows / (rows + 1 / sd**2)
+    r = np.full(rows, -(truth - taken))
+    off = np.array([taken])
+    M, b, back = freed(A, r, J, np.array([sd]), off)
+    value = np.linalg.solve(M, b)
+    assert value == pytest.approx([truth])
+    assert off + back(value) == pytest.approx([0.0], abs=1e-9)
