@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from math import inf
 from typing import Any
 
@@ -21,6 +22,7 @@ from rcc_sim.diagnose.engine import Engine, Fit
 from rcc_sim.diagnose.experiment import next_experiments
 from rcc_sim.diagnose.hold_out import NOISE, Shrink, folds, hold_out, refitted
 from rcc_sim.diagnose.knobs import RADIUS
+from rcc_sim.diagnose.prices import Prices, prices
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.remainder import Remainder, remainder
 from rcc_sim.diagnose.verdict import (
@@ -103,6 +105,7 @@ class Diagnosis:
                 "energy_gap_percent_before": first.energy.gap_percent,
                 "energy_gap_percent_after": self.energy_after,
             },
+            "prices": self.prices and asdict(self.prices),
             "unexplained": unexplained,
             "next_experiment": [asdict(e) for e in self.next_experiments()],
             "findings": [asdict(f) for f in first.findings],
@@ -122,7 +125,18 @@ class Diagnosis:
             "indistinguishable_from": list(a.cause.tied),
             "explains": min(max(gain, 0.0) / most, 1.0),
             "nats": a.cause.gain,
+            "energy_wh": self.prices and self.prices.causes[a.cause.effect],
         }
+
+    @cached_property
+    def prices(self) -> Prices | None:
+        """What each cause adds to the energy of the first log."""
+        return prices(self.plain, [a.cause for a in self.asserted], self.fit.values)
+
+    @cached_property
+    def plain(self) -> Problem:
+        """The first log and the nominal vehicle, without any profile found."""
+        return problem_of(self.gaps[0].measured, self.vehicle)
 
     def next_experiments(self) -> list[Any]:
         """Return the runs that would settle what is tied."""

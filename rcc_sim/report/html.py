@@ -10,9 +10,10 @@ from typing import IO
 
 from rcc_sim.report import html_causes, html_energy, html_record
 from rcc_sim.report.findings import Report
-from rcc_sim.report.html_charts import drawn, packed
+from rcc_sim.report.html_charts import drawn, drawn_apart, packed
 from rcc_sim.report.html_parts import cards, section
-from rcc_sim.report.panels import charts_of
+from rcc_sim.report.panels import Charts, charts_of
+from rcc_sim.report.signature import signature
 from rcc_sim.report.text import Markup, figures, percent, tag
 from rcc_sim.report.verdict import STATUS, verdict_of
 
@@ -36,7 +37,7 @@ def page(report: Report) -> str:
         "base-uri 'none'; form-action 'none'"
     )
     data = json.dumps(packed(charts), separators=(",", ":")) if charts else "{}"
-    sections = _sections(report, drawn(charts) if charts else Markup(""))
+    sections = _sections(report, charts)
     head = tag(
         "head",
         tag("meta", charset="utf-8"),
@@ -90,17 +91,18 @@ _NAMES = {
     "time": "Over time",
     "energy": "Energy",
     "driving": "Kinds of driving",
-    "where": "Where",
     "causes": "What it is",
+    "signature": "Signature",
     "proof": "Proof",
     "next": "Next",
+    "where": "Where",
     "check": "Log check",
     "vehicle": "Vehicle",
     "run": "What was run",
 }
 
 
-def _sections(report: Report, charts: Markup) -> dict[str, Markup]:
+def _sections(report: Report, charts: Charts | None) -> dict[str, Markup]:
     compared = report.measured is not None
     title = "Measured against simulated" if compared else "The drives over time"
     energy = html_energy.ledgers(report) or section(
@@ -108,13 +110,16 @@ def _sections(report: Report, charts: Markup) -> dict[str, Markup]:
     )
     return {
         "totals": html_energy.totals(report),
-        "time": section("time", title, charts),
+        "time": section("time", title, drawn(charts) if charts else ""),
         "energy": energy,
         "driving": html_energy.driving(report),
-        "where": html_energy.where(report),
         "causes": html_causes.causes(report),
+        "signature": signature(
+            report, drawn_apart(charts, "signature") if charts else Markup("")
+        ),
         "proof": html_causes.held_out(report),
         "next": html_causes.next_experiment(report),
+        "where": html_energy.where(report),
         "check": html_record.log_check(report),
         "vehicle": html_record.vehicle_diff(report),
         "run": html_record.record(report),
