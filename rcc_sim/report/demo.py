@@ -1,4 +1,4 @@
-"""The main job on built-in input: scale, drive twice, and diagnose a withheld effect."""
+"""The main job on built-in input: scale, drive twice, diagnose a withheld effect."""
 
 from __future__ import annotations
 
