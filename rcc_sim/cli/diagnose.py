@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rcc_sim.cli.complete import effect_names, vehicle_names
+from rcc_sim.cli.complete import (
+    column_names,
+    effect_names,
+    map_names,
+    own_effects,
+    vehicle_names,
+)
 from rcc_sim.cli.output import Csv, Json, Output, atomic, emit, say
 
 if TYPE_CHECKING:
@@ -39,12 +45,16 @@ def diagnose(
         typer.Option(
             help="Take a known effect out of the vehicle; repeatable.",
             metavar="EFFECT",
-            autocompletion=effect_names,
+            autocompletion=own_effects,
         ),
     ] = None,
     hide: Annotated[
         list[str] | None,
-        typer.Option(help="Leave a logged column out; repeatable.", metavar="COLUMN"),
+        typer.Option(
+            help="Leave a logged column out; repeatable.",
+            metavar="COLUMN",
+            autocompletion=column_names,
+        ),
     ] = None,
     candidates: Annotated[
         list[str] | None,
@@ -70,7 +80,11 @@ def diagnose(
     ] = None,
     map_: Annotated[
         str | None,
-        typer.Option("--map", help="Column map: a TOML file or a shipped name."),
+        typer.Option(
+            "--map",
+            help="Column map: a TOML file or a shipped name.",
+            autocompletion=map_names,
+        ),
     ] = None,
     write_vehicle: Annotated[
         Path | None,

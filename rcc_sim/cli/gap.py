@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rcc_sim.cli.complete import vehicle_names
+from rcc_sim.cli.complete import column_names, map_names, vehicle_names
 from rcc_sim.cli.output import Csv, Json, Output, atomic, emit, say
 
 if TYPE_CHECKING:
@@ -36,7 +36,11 @@ def gap(
     ],
     hide: Annotated[
         list[str] | None,
-        typer.Option(help="Leave a logged column out; repeatable.", metavar="COLUMN"),
+        typer.Option(
+            help="Leave a logged column out; repeatable.",
+            metavar="COLUMN",
+            autocompletion=column_names,
+        ),
     ] = None,
     repeats: Annotated[
         list[str] | None,
@@ -50,7 +54,11 @@ def gap(
     ] = None,
     map_: Annotated[
         str | None,
-        typer.Option("--map", help="Column map: a TOML file or a shipped name."),
+        typer.Option(
+            "--map",
+            help="Column map: a TOML file or a shipped name.",
+            autocompletion=map_names,
+        ),
     ] = None,
     plot: Annotated[
         Path | None, typer.Option(help="Draw it: PNG, SVG or PDF.", metavar="F")

@@ -19,6 +19,7 @@ from rcc_sim.diagnose.run import Diagnosis
 from rcc_sim.diagnose.signatures import signatures
 from rcc_sim.report.findings import Report, spans_of
 from rcc_sim.report.provenance import run_record
+from rcc_sim.report.text import short
 from rcc_sim.simulate.replay import replay
 from rcc_sim.trace import Trace, read_trace
 
@@ -40,7 +41,7 @@ def diagnosis_page(found: Diagnosis, inputs: Sequence[str | Path] = ()) -> Repor
     after = _mended(found)
     given_away = signatures(found) if found.status != "no_gap" else None
     return Report(
-        title=f"Diagnosis of {gap.log} against {gap.vehicle} ({gap.mode})",
+        title=f"Diagnosis of {short(gap.log)} against {gap.vehicle} ({gap.mode})",
         diagnosis=found.document(),
         measured=gap.measured,
         before={c: v for c, v in gap.simulated.items() if c in shown},

@@ -210,8 +210,13 @@ def next_experiment(report: Report) -> Markup:
         told = f" It tells apart: {', '.join(apart)}." if apart else ""
         todo = str(step.get("do", "")).strip().rstrip(".")
         items.append(tag("li", tag("strong", todo[:1].upper() + todo[1:] + "."), told))
-    return (
-        section("next", "What to drive next", tag("ol", *items))
-        if items
-        else Markup("")
+    if items:
+        return section("next", "What to drive next", tag("ol", *items))
+    if not report.diagnosis.get("causes"):
+        return Markup("")
+    what = (
+        "Nothing is tied. To see whether the shrink is real, drive once more and hold "
+        "that log against the mended vehicle: ",
+        tag("code", "rccsim gap OTHER.csv --vehicle mended.toml"),
     )
+    return section("next", "What to drive next", tag("p", *what))

@@ -15,7 +15,7 @@ from rcc_sim.units import unit_of
 CLOSE = 0.5
 """Share of the longest bar at which the bars may begin, where all steps lie above."""
 
-SMALL = 1e-4
+SMALL = 1e-3
 """Share of the energy below which a step of the waterfall is not shown."""
 
 

@@ -181,14 +181,14 @@ def _profile_panels(profiles: Trace, shift: float) -> Iterable[Panel]:
 
 
 def _compared(report: Report) -> list[str]:
-    """Return the columns to draw: those compared, where most is wrong first."""
+    """Return the columns to draw: the speed, then where most is wrong first."""
     told = report.diagnosis.get("where", {}).get("channels") or []
-    ranked = [c.get("channel", "") for c in told]
+    wrong = {str(c.get("channel")): float(c.get("ratio") or 0.0) for c in told}
     both = [c for c in (*report.before, *report.after) if c != "time_s"]
     both = in_order(list(dict.fromkeys(both))) or [
-        c for c in ranked if report.measured is not None and c in report.measured
+        c for c in wrong if report.measured is not None and c in report.measured
     ]
-    return sorted(both, key=lambda c: c != "speed_mps")
+    return sorted(both, key=lambda c: (c != "speed_mps", -wrong.get(c, 0.0)))
 
 
 def _flagged(report: Report, column: str) -> tuple[Span, ...]:

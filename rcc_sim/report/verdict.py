@@ -37,7 +37,7 @@ def verdict_of(diagnosis: Mapping[str, Any]) -> str:
             _gap(energy, plain=True),
         ]
     else:
-        parts = [_because(diagnosis), _mended(energy, diagnosis.get("shrink") or {})]
+        parts = [_because(diagnosis), _mended(diagnosis)]
         if status == "partly_explained":
             parts.append("structure remains that this does not explain")
     sentence = "; ".join(part for part in parts if part)
@@ -92,15 +92,18 @@ def _because(diagnosis: Mapping[str, Any]) -> str:
     return text
 
 
-def _mended(energy: Mapping[str, Any], shrink: Mapping[str, Any]) -> str:
+def _mended(diagnosis: Mapping[str, Any]) -> str:
     """Return the energy gap, and what is left of it once the causes are in."""
+    energy = diagnosis.get("where", {}).get("energy") or {}
+    shrink = diagnosis.get("shrink") or {}
     gap, after = energy.get("gap_percent"), shrink.get("energy_gap_percent_after")
     if gap is None:
         return ""
     more = "more" if gap >= 0 else "less"
     text = f"the log took {figures(abs(gap))} % {more} energy than the model says"
     if after is not None:
-        text += f", {_signed(after)} once they are put in"
+        them = "it is" if len(diagnosis.get("causes") or []) == 1 else "they are"
+        text += f", {_signed(after)} once {them} put in"
     return text
 
 
