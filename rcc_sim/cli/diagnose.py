@@ -194,13 +194,15 @@ def _write(
 
 
 def _deliver(found: Diagnosis, output: Path | None, *, csv: bool, json: bool) -> None:
-    from rcc_sim.diagnose.deliver import screen
+    from shutil import get_terminal_size
+
+    from rcc_sim.report.screen import screen
 
     for finding in found.document()["findings"]:
         if finding["severity"] != "info":
             say(f"note: {finding['channel']} {finding['what']}; {finding['action']}")
     if output is None and sys.stdout.isatty() and not (json or csv):
-        for line in screen(found):
+        for line in screen(found, get_terminal_size().columns):
             typer.echo(line)
         return
     rows = [

@@ -17,13 +17,14 @@ from rcc_sim.blind.make import make
 from rcc_sim.blind.own import base_of
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.deliver import screen, write_mended
+from rcc_sim.diagnose.deliver import write_mended
 from rcc_sim.diagnose.run import Diagnosis, diagnose
 from rcc_sim.errors import InputError
 from rcc_sim.report.diagnosis_page import diagnosis_page
 from rcc_sim.report.energy_page import energy_page
 from rcc_sim.report.html import write_html
 from rcc_sim.report.plots import plot_energy, plot_run, save
+from rcc_sim.report.screen import screen
 from rcc_sim.similitude.cycles import scale_cycle
 from rcc_sim.simulate.run import LaneChanges, simulate
 from rcc_sim.trace import Trace, write_trace
