@@ -14,6 +14,9 @@ FIRST = 20
 NARROW = 12
 """Least width that text is folded to."""
 
+NOTHING = "–"
+"""How a cell without a value reads; downwards it is left out."""
+
 GAP = 2
 """Blanks between columns."""
 
@@ -134,7 +137,10 @@ def _downwards(console: Any, heads: list[str], cells: list[list[str]]) -> None:
     for number, row in enumerate(cells):
         if number:
             console.print()
+        known = [cell for cell in row if cell != NOTHING]
         for head, cell in zip(heads, row, strict=True):
+            if cell == NOTHING and known:
+                continue
             for line in _entry(head, cell, wide, console.width):
                 console.print(line, markup=False, highlight=False)
 
