@@ -43,7 +43,7 @@ def cycle(
     to: To,
     output: Into = Path("cycle.png"),
 ) -> None:
-    """A drive cycle, actual and scaled, on one axis."""
+    """A drive cycle, actual and scaled: on one axis, and the scaled one alone."""
     import sys
 
     from rcc_sim.definitions.cycle import parse_cycle

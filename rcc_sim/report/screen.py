@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
 from collections.abc import Iterator
 
@@ -20,6 +21,9 @@ WORDS = {
     "partly_explained": "partly explained",
     "unexplained": "a real gap that none of the effects explains",
 }
+
+UNIT = re.compile(r"(?<=\d) (?=(?:%|Wh|W|s|nats)\b|%)")
+"""The blank before a unit, at which no line is broken."""
 
 MARGIN = 9
 """Columns of the word at the left."""
@@ -42,13 +46,13 @@ def screen(found: Diagnosis, width: int = 80) -> list[str]:
     lines: list[str] = []
     for word, text in _told(found, min(width - MARGIN, MOST_BARS)):
         whole = textwrap.wrap(
-            f"{word:<{MARGIN}}{printable(text)}",
+            UNIT.sub("\u00a0", f"{word:<{MARGIN}}{printable(text)}"),
             max(width, 2 * MARGIN),
             subsequent_indent=" " * MARGIN,
             break_on_hyphens=False,
             drop_whitespace=True,
         )
-        lines += whole or [word]
+        lines += [line.replace("\u00a0", " ") for line in whole or [word]]
     return lines
 
 
@@ -112,6 +116,7 @@ def _bars(found: Diagnosis, room: int) -> tuple[str, str] | None:
     e = power - gap.simulated["battery_power_w"]
     if not np.isfinite(e).any() or len(e) < room:
         return None
+    e = np.round(e, 6)
     e = moving_mean(e, max(len(e) // room, 1))[:: max(len(e) // (8 * room), 1)]
     return (
         f"{figures(float(e.min()), 2)} to {figures(float(e.max()), 2)} W:",
