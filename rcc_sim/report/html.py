@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
+import re
 from importlib import resources
 from typing import IO
 
@@ -14,7 +15,7 @@ from rcc_sim.report.html_charts import drawn, drawn_apart, packed
 from rcc_sim.report.html_parts import cards, section
 from rcc_sim.report.panels import Charts, charts_of
 from rcc_sim.report.signature import signature
-from rcc_sim.report.text import Markup, figures, percent, tag
+from rcc_sim.report.text import Markup, escaped, figures, percent, tag
 from rcc_sim.report.verdict import STATUS, verdict_of
 
 
@@ -80,10 +81,19 @@ def _header(report: Report, sections: dict[str, Markup]) -> Markup:
             tag("button", "Light / dark", id="theme", type="button", hidden=True),
             class_="top",
         ),
-        tag("p", report.verdict or verdict_of(report.diagnosis), class_="verdict"),
+        tag(
+            "p",
+            _unbroken(report.verdict or verdict_of(report.diagnosis)),
+            class_="verdict",
+        ),
         cards(_figures(report)),
         tag("nav", tag("ul", *links), aria_label="Sections"),
     )
+
+
+def _unbroken(text: str) -> Markup:
+    """Return a sentence whose figures stay on one line with their units."""
+    return Markup(re.sub(r"(?<=\d) (?=%|\w{1,2}\b)", "&nbsp;", escaped(text)))
 
 
 _NAMES = {

@@ -15,7 +15,7 @@ def printable(text: str) -> str:
     return "".join(c if c.isprintable() or c in "\n\t" else "\ufffd" for c in text)
 
 
-def short(path: str, most: int = 40) -> str:
+def short(path: str, most: int = 24) -> str:
     """Return a path that fits a heading: its end, where it is long.
 
     >>> short("/a/long/way/to/some/folder/of/many/drives/c0001/log.csv.gz")
