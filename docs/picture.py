@@ -1,6 +1,6 @@
 """Take the README's picture again: `python docs/picture.py` (needs chromium, selenium).
 
-The energy report of `rccsim demo`, as a browser shows it.
+The report of the diagnosis of `rccsim demo`, as a browser shows it.
 """
 
 from __future__ import annotations

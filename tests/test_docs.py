@@ -55,7 +55,7 @@ def test_every_block_of_a_page_runs_after_those_before_it(page, tmp_path, enviro
             text=True,
             cwd=tmp_path,
             env=environment,
-            timeout=300,
+            timeout=900,
         )
         where = f"{page.name}:{line}\n{text}\n{done.stderr}"
         assert done.returncode == 0, where

@@ -8,7 +8,7 @@ from typing import IO, TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
-from rcc_sim.cli.complete import vehicle_names
+from rcc_sim.cli.complete import map_names, vehicle_names
 from rcc_sim.cli.output import Csv, Json, Output, atomic, emit, say
 
 if TYPE_CHECKING:
@@ -35,7 +35,11 @@ def convert(
     ] = None,
     map_: Annotated[
         str | None,
-        typer.Option("--map", help="Column map: a TOML file or a shipped name."),
+        typer.Option(
+            "--map",
+            help="Column map: a TOML file or a shipped name.",
+            autocompletion=map_names,
+        ),
     ] = None,
     vehicle: Annotated[
         str | None,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rcc_sim.cli.batches import Dask, Jobs
-from rcc_sim.cli.complete import effect_names
+from rcc_sim.cli.complete import effect_names, own_effects
 from rcc_sim.cli.fleets import (
     Asked,
     By,
@@ -60,7 +60,7 @@ def diagnose(
         typer.Option(
             help="Take a known effect out of the vehicle; repeatable.",
             metavar="EFFECT",
-            autocompletion=effect_names,
+            autocompletion=own_effects,
         ),
     ] = None,
     hide: Hide = None,
@@ -212,11 +212,13 @@ def _write(
 
 
 def _deliver(found: Diagnosis, output: Path | None, *, csv: bool, json: bool) -> None:
-    from rcc_sim.diagnose.deliver import screen
+    from shutil import get_terminal_size
+
+    from rcc_sim.report.screen import screen
 
     tell_notes(found.gaps[0].findings)
     if output is None and sys.stdout.isatty() and not (json or csv):
-        for line in screen(found):
+        for line in screen(found, get_terminal_size().columns):
             typer.echo(line)
         return
     document = found.document()

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rcc_sim.cli.complete import vehicle_names
+from rcc_sim.cli.complete import column_names, map_names, vehicle_names
 from rcc_sim.cli.output import atomic, say
 
 if TYPE_CHECKING:
@@ -23,7 +23,11 @@ Model = Annotated[
 ]
 Hide = Annotated[
     list[str] | None,
-    typer.Option(help="Leave a logged column out; repeatable.", metavar="COLUMN"),
+    typer.Option(
+        help="Leave a logged column out; repeatable.",
+        metavar="COLUMN",
+        autocompletion=column_names,
+    ),
 ]
 Repeats = Annotated[
     list[str] | None,
@@ -37,7 +41,11 @@ Reader = Annotated[
 ]
 Map = Annotated[
     str | None,
-    typer.Option("--map", help="Column map: a TOML file or a shipped name."),
+    typer.Option(
+        "--map",
+        help="Column map: a TOML file or a shipped name.",
+        autocompletion=map_names,
+    ),
 ]
 Plot = Annotated[
     Path | None, typer.Option(help="Draw it: PNG, SVG or PDF.", metavar="F")

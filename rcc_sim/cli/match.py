@@ -14,7 +14,12 @@ def match(
     vehicle: Annotated[
         str, typer.Argument(help="Vehicle to change.", autocompletion=vehicle_names)
     ],
-    to: Annotated[str, typer.Option(help="Vehicle that it should be similar to.")],
+    to: Annotated[
+        str,
+        typer.Option(
+            help="Vehicle that it should be similar to.", autocompletion=vehicle_names
+        ),
+    ],
     arm: Annotated[
         float | None,
         typer.Option(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rcc_sim.cli.complete import vehicle_names
+from rcc_sim.cli.complete import cycle_names, vehicle_names
 from rcc_sim.cli.output import Csv, Json, Output, atomic, emit, say
 
 if TYPE_CHECKING:
@@ -24,10 +24,18 @@ def motor_map(
         ),
     ],
     against: Annotated[
-        str | None, typer.Option(help="Vehicle whose envelope is scaled onto it.")
+        str | None,
+        typer.Option(
+            help="Vehicle whose envelope is scaled onto it.",
+            autocompletion=vehicle_names,
+        ),
     ] = None,
     cycle: Annotated[
-        str | None, typer.Option(help="Cycle that --against drives, scaled on too.")
+        str | None,
+        typer.Option(
+            help="Cycle that --against drives, scaled on too.",
+            autocompletion=cycle_names,
+        ),
     ] = None,
     top_speed: Annotated[
         float | None, typer.Option(help="Of --against, if its file has none. [m/s]")

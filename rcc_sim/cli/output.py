@@ -87,8 +87,32 @@ def _write(file: IO[str], document: Any, rows: Rows, json: bool) -> None:
 
 
 def say(message: str) -> None:
-    """Tell the person at the keyboard something that is not data."""
-    sys.stderr.write(printable(message) + "\n")
+    """Tell the person at the keyboard something that is not data.
+
+    On a terminal a line is broken between words, the rest a little to the right.
+    """
+    text = printable(message)
+    if sys.stderr.isatty():
+        text = "\n".join(folded(line) for line in text.split("\n"))
+    sys.stderr.write(text + "\n")
+
+
+def folded(line: str) -> str:
+    """Return a line broken between words at the terminal's width."""
+    import textwrap
+    from shutil import get_terminal_size
+
+    width = max(get_terminal_size().columns, LEAST_SKETCH)
+    if len(line) <= width:
+        return line
+    inner = " " * (len(line) - len(line.lstrip()) + 2)
+    return textwrap.fill(
+        line,
+        width,
+        subsequent_indent=inner,
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
 
 
 def sketch(what: str, values: Sequence[float], unit: str) -> None:

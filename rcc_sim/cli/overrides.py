@@ -8,13 +8,19 @@ from typing import Annotated, Any
 import tomli
 import typer
 
+from rcc_sim.cli.complete import effect_names, figure_keys, own_effects
 from rcc_sim.definitions.own_effects import installed_effects
 from rcc_sim.definitions.vehicle import Vehicle, load_vehicle
 from rcc_sim.errors import InputError
 
 Set = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="A figure, as body.mass_kg=4.1."),
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help="A figure, as body.mass_kg=4.1.",
+        autocompletion=figure_keys,
+    ),
 ]
 With = Annotated[
     list[str] | None,
@@ -22,11 +28,17 @@ With = Annotated[
         "--with",
         metavar="ID:PARAM=VALUE",
         help="Add an effect, as rolling_resistance:coefficient=0.02.",
+        autocompletion=effect_names,
     ),
 ]
 Without = Annotated[
     list[str] | None,
-    typer.Option("--without", metavar="ID", help="Take an effect out."),
+    typer.Option(
+        "--without",
+        metavar="ID",
+        help="Take an effect out.",
+        autocompletion=own_effects,
+    ),
 ]
 
 Own = Annotated[

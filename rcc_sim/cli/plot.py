@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rcc_sim.cli.complete import cycle_names, effect_names, vehicle_names
+from rcc_sim.cli.complete import column_names, cycle_names, effect_names, vehicle_names
 from rcc_sim.cli.output import say
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ def cycle(
     to: To,
     output: Into = Path("cycle.png"),
 ) -> None:
-    """A drive cycle, actual and scaled, on one axis."""
+    """A drive cycle, actual and scaled: on one axis, and the scaled one alone."""
     import sys
 
     from rcc_sim.definitions.cycle import parse_cycle
@@ -60,6 +60,14 @@ def cycle(
 def run(
     traces: Annotated[list[str], typer.Argument(help="Traces of the same drive.")],
     output: Into = Path("run.png"),
+    column: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Draw this column; repeatable. Speed, power, steering unless given.",
+            metavar="COLUMN",
+            autocompletion=column_names,
+        ),
+    ] = None,
 ) -> None:
     """Drives over time: speed, current, power, steering; with and without lane changes.
 
@@ -69,7 +77,8 @@ def run(
     from rcc_sim.report.plots import plot_run
     from rcc_sim.trace import read_trace
 
-    _save(plot_run(*(read_trace(name) for name in traces)), output)
+    runs = [read_trace(name) for name in traces]
+    _save(plot_run(*runs, columns=column or ()), output)
 
 
 @plot.command(epilog="Example: rccsim plot pi rcc=small.csv r1t=large.csv -o pi.svg")

@@ -22,6 +22,7 @@ from rcc_sim.cli.batches import (
     Vehicle,
     tell_failures,
 )
+from rcc_sim.cli.complete import figure_keys
 from rcc_sim.cli.output import Json, emit, say, warn
 from rcc_sim.cli.overrides import Own, With, Without, changed_vehicle
 
@@ -64,6 +65,7 @@ def sweep(
             help="A figure's values, lo:hi:step or a,b,c: body.mass_kg=3:5:0.1, "
             "effects.ID.PARAM, cycle.speed_scale, cycle.time_scale, lanes.every "
             "(none: no lane changes), lanes.width, lanes.length. All combinations.",
+            autocompletion=figure_keys,
         ),
     ] = None,
     draw: Annotated[

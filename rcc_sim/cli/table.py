@@ -14,6 +14,12 @@ FIRST = 20
 NARROW = 12
 """Least width that text is folded to."""
 
+NOTHING = "–"
+"""How a cell without a value reads; downwards it is left out."""
+
+GAP = 2
+"""Blanks between columns."""
+
 
 def print_table(
     rows: Sequence[Mapping[str, Any]], title: str, readable: Any, printable: Any
@@ -57,42 +63,94 @@ def _is_numeric(rows: Sequence[Mapping[str, Any]], key: str) -> bool:
 def _fits(
     heads: list[str], cells: list[list[str]], numeric: list[bool], width: int
 ) -> bool:
-    need = 1
-    for k, head in enumerate(heads):
-        longest = max(len(row[k]) for row in cells)
-        words = max(len(word) for word in head.replace("_", "_ ").split())
-        need += 3 + max(words, longest if numeric[k] else min(longest, NARROW))
-    return need <= width
+    columns = zip(heads, zip(*cells, strict=True), numeric, strict=True)
+    return sum(GAP + _least(*column) for column in columns) - GAP <= width
+
+
+def _least(head: str, cells: Sequence[str], numeric: bool) -> int:
+    """Return the least width of a column: no number and no word is cut."""
+    longest = max(len(cell) for cell in cells)
+    if not numeric:
+        words = (len(word) for cell in cells for word in cell.split())
+        longest = max(min(longest, NARROW), max(words, default=0))
+    return max(longest, *(len(part) for part in _parts(head)))
+
+
+def _parts(head: str) -> list[str]:
+    """Return where a long heading may be broken: after an underscore, or at a space.
+
+    >>> _parts("ratio_or_scale"), _parts("time_s")
+    (['ratio_', 'or_', 'scale'], ['time_s'])
+    """
+    if len(head) <= NARROW:
+        return [head]
+    return head.replace("_", "_ ").split() or [""]
+
+
+def _broken(head: str, width: int) -> list[str]:
+    """Return a heading in lines that fit a width."""
+    lines = [""]
+    for part in _parts(head):
+        if lines[-1] and len(lines[-1]) + len(part) > width:
+            lines.append("")
+        lines[-1] += part
+    return lines
 
 
 def _across(
     console: Any, heads: list[str], cells: list[list[str]], numeric: list[bool]
 ) -> None:
-    from rich.table import Table
+    import textwrap
+
     from rich.text import Text
 
-    table = Table()
-    for k, head in enumerate(heads):
-        longest = max(len(row[k]) for row in cells)
-        table.add_column(
-            Text(head),
-            justify="right" if numeric[k] else "left",
-            overflow="fold",
-            min_width=longest if numeric[k] else min(longest, NARROW),
-        )
+    columns = list(zip(*cells, strict=True))
+    widths = [_least(*c) for c in zip(heads, columns, numeric, strict=True)]
+    for k in (k for k, is_number in enumerate(numeric) if not is_number):
+        spare = console.width - sum(widths) - GAP * (len(widths) - 1)
+        longest = max(len(cell) for cell in (heads[k], *columns[k]))
+        widths[k] += max(min(spare, longest - widths[k]), 0)
+
+    def show(row: list[list[str]], style: str = "") -> None:
+        tall = max(len(lines) for lines in row)
+        for i in range(tall):
+            parts = [
+                f"{lines[i] if i < len(lines) else '':{'>' if is_number else '<'}{w}}"
+                for lines, w, is_number in zip(row, widths, numeric, strict=True)
+            ]
+            console.print(Text((" " * GAP).join(parts).rstrip(), style=style))
+
+    broken = [_broken(head, w) for head, w in zip(heads, widths, strict=True)]
+    tall = max(len(lines) for lines in broken)
+    show([[""] * (tall - len(lines)) + lines for lines in broken], "bold")
+    console.print(Text("─" * (sum(widths) + GAP * (len(widths) - 1))))
     for row in cells:
-        table.add_row(*(Text(cell) for cell in row))
-    console.print(table)
+        wrapped = (
+            [line for part in cell.split("\n") for line in textwrap.wrap(part, w)]
+            for cell, w in zip(row, widths, strict=True)
+        )
+        show([lines or [""] for lines in wrapped])
 
 
 def _downwards(console: Any, heads: list[str], cells: list[list[str]]) -> None:
-    from rich.text import Text
-
-    wide = max(len(head) for head in heads)
+    wide = max(len(head) for head in heads) + 2
     for number, row in enumerate(cells):
         if number:
             console.print()
+        known = [cell for cell in row if cell != NOTHING]
         for head, cell in zip(heads, row, strict=True):
-            line = Text(f"{head:{wide}}  ")
-            line.append(cell)
-            console.print(line)
+            if cell == NOTHING and known:
+                continue
+            for line in _entry(head, cell, wide, console.width):
+                console.print(line, markup=False, highlight=False)
+
+
+def _entry(head: str, cell: str, wide: int, width: int) -> list[str]:
+    """Return a heading and its text beside it; below it, if a word is too long."""
+    import textwrap
+
+    room = width - wide
+    if max((len(word) for word in cell.split()), default=0) > room:
+        return [head, *textwrap.wrap(f"  {cell}", width, subsequent_indent="  ")]
+    lines = textwrap.wrap(cell, max(room, 1), break_on_hyphens=False) or [""]
+    return [f"{head:{wide}}{lines[0]}", *(" " * wide + line for line in lines[1:])]

@@ -1,4 +1,4 @@
-"""What a diagnosis writes: the mended vehicle, profiles, the screen."""
+"""What a diagnosis writes: the mended vehicle, profiles, a run to drive next."""
 
 from __future__ import annotations
 
@@ -14,13 +14,6 @@ from rcc_sim.diagnose.run import Diagnosis
 from rcc_sim.errors import InputError
 from rcc_sim.readers import write_commands
 from rcc_sim.trace import Trace, write_trace
-
-WORDS = {
-    "no_gap": "no gap beyond what tolerances and noise explain",
-    "explained": "explained",
-    "partly_explained": "partly explained",
-    "unexplained": "a real gap that none of the effects explains",
-}
 
 
 def write_mended(found: Diagnosis, path: Path) -> None:
@@ -112,52 +105,3 @@ def write_next_run(found: Diagnosis, path: Path) -> None:
         part.replace(path)
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror}") from None
-
-
-def screen(found: Diagnosis) -> list[str]:
-    """Return the lines of the human output: one screen."""
-    g, s = found.gaps[0], found.shrink
-    e = g.energy
-    lines = [f"GAP      {found.vehicle.name} on {g.log} ({g.mode})"]
-    if e.gap_percent is not None:
-        lines.append(
-            f"         battery energy {e.gap_percent:+.1f} % ({e.gap_wh:+.4g} Wh of "
-            f"{e.measured_wh:.4g}), u_val {e.u_val:.2g} Wh"
-        )
-    regimes = sorted(g.regimes, key=lambda r: -abs(r.gap_wh or 0.0))[:4]
-    if regimes:
-        told = ", ".join(f"{r.regime} {r.gap_wh:+.3g} Wh" for r in regimes)
-        lines.append(f"WHERE    {told}")
-    lines.append(f"VERDICT  {WORDS[found.status]}")
-    for a in found.asserted:
-        figures = ", ".join(
-            f"{k} {x.value:.4g} ({x.low:.4g} to {x.high:.4g})"
-            for k, x in a.figures.items()
-        )
-        varies = ", varies over the drive (--profiles)" if a.cause.profiles else ""
-        lines.append(
-            f"CAUSE    {a.cause.effect}  p = {a.probability:.2f}  {figures}{varies}"
-        )
-        if a.cause.tied:
-            lines.append(
-                f"         this log cannot tell it from {', '.join(a.cause.tied)}"
-            )
-    if found.asserted:
-        after = found.energy_after
-        energy = "" if after is None else f", energy gap there {after:+.2f} %"
-        lines.append(
-            f"PROOF    held out: {100 * s.explained:.0f} % of the gap gone "
-            f"({100 * s.low:.0f} to {100 * s.high:.0f}){energy}"
-        )
-    if found.left.is_real:
-        where = ", ".join(
-            f"{w['start_s']:.1f}-{w['end_s']:.1f} s" for w in found.left.windows[:4]
-        )
-        lines.append(
-            f"LEFT     acts as a {found.left.acts_as}, follows {found.left.follows}"
-            f" ({found.left.evidence:.0f} nats); {where}"
-        )
-    return lines + [
-        f"NEXT     {e.do}, {e.time_s:.0f} s: {e.expected_nats.least:.0f} nats"
-        for e in found.experiments[:2]
-    ]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from math import inf
 from typing import Any
 
@@ -22,6 +23,7 @@ from rcc_sim.diagnose.engine import Engine, Fit
 from rcc_sim.diagnose.experiment import Experiment, next_experiments
 from rcc_sim.diagnose.hold_out import Shrink, halves, hold_out, shrink_of
 from rcc_sim.diagnose.knobs import BIAS, RADIUS, figures_of
+from rcc_sim.diagnose.prices import Prices, prices
 from rcc_sim.diagnose.problem import Problem, by_charge
 from rcc_sim.diagnose.remainder import Remainder, remainder
 from rcc_sim.diagnose.ties import settled
@@ -108,6 +110,7 @@ class Diagnosis:
                 "energy_gap_percent_before": first.energy.gap_percent,
                 "energy_gap_percent_after": self.energy_after,
             },
+            "prices": self.prices and asdict(self.prices),
             "unexplained": unexplained,
             "next_experiment": [e.document() for e in self.experiments],
             "findings": [asdict(f) for f in first.findings],
@@ -127,7 +130,18 @@ class Diagnosis:
             "indistinguishable_from": list(a.cause.tied),
             "explains": min(max(gain, 0.0) / most, 1.0),
             "nats": a.cause.gain,
+            "energy_wh": self.prices and self.prices.causes[a.cause.effect],
         }
+
+    @cached_property
+    def prices(self) -> Prices | None:
+        """What each cause adds to the energy of the first log."""
+        return prices(self.plain, [a.cause for a in self.asserted], self.fit.values)
+
+    @cached_property
+    def plain(self) -> Problem:
+        """The first log and the nominal vehicle, without any profile found."""
+        return problem_of(self.gaps[0].measured, self.vehicle)
 
     def figures(self) -> dict[str, Figure]:
         """Stated figures that the logs moved within their sds, with intervals."""

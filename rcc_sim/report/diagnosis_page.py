@@ -14,9 +14,12 @@ from numpy.typing import NDArray
 from rcc_sim.analyse.gap_regimes import REGIMES
 from rcc_sim.diagnose.deliver import write_mended, write_profiles
 from rcc_sim.diagnose.knobs import figures_of
+from rcc_sim.diagnose.prices import with_profiles
 from rcc_sim.diagnose.run import Diagnosis
+from rcc_sim.diagnose.signatures import signatures
 from rcc_sim.report.findings import Report, spans_of
 from rcc_sim.report.provenance import run_record
+from rcc_sim.report.text import short
 from rcc_sim.simulate.replay import replay
 from rcc_sim.trace import Trace, read_trace
 
@@ -36,13 +39,16 @@ def diagnosis_page(found: Diagnosis, inputs: Sequence[str | Path] = ()) -> Repor
     gap = found.gaps[0]
     shown = {channel.channel for channel in gap.channels} | {"speed_mps"}
     after = _mended(found)
+    given_away = signatures(found) if found.status != "no_gap" else None
     return Report(
-        title=f"Diagnosis of {gap.log} against {gap.vehicle} ({gap.mode})",
+        title=f"Diagnosis of {short(gap.log)} against {gap.vehicle} ({gap.mode})",
         diagnosis=found.document(),
         measured=gap.measured,
         before={c: v for c, v in gap.simulated.items() if c in shown},
         after={c: v for c, v in after.items() if c in shown},
         regimes=spans_of(gap.measured["time_s"], gap.kinds, REGIMES),
+        prices=found.prices,
+        signatures=given_away,
         log_check=gap.findings,
         vehicle_diff=_diff(found),
         profiles=_profiles(found),
@@ -52,9 +58,9 @@ def diagnosis_page(found: Diagnosis, inputs: Sequence[str | Path] = ()) -> Repor
 
 def _mended(found: Diagnosis) -> Columns:
     """Return a free run of the mended vehicle at the rows of the first log."""
-    problem = found.found.engine.problems[0]
     figures = figures_of(found.fit.values)
-    return replay(problem.vehicle.changed(settings=figures), problem.drive)
+    on = with_profiles(found.plain, [a.cause for a in found.asserted])
+    return replay(found.vehicle.changed(settings=figures), on.drive)
 
 
 def _diff(found: Diagnosis) -> str:

@@ -28,16 +28,18 @@ OVERLAID = {
 
 
 def plot_cycles(actual: Cycle, scaled: Cycle, names: tuple[str, str]) -> Figure:
-    """Draw a cycle as it is and at the other vehicle's size, on one axis."""
-    figure, (axis,) = _sheet(1, height=2.6)
+    """Draw a cycle as it is and at the other vehicle's size: together, then alone."""
+    figure, (both, alone) = _sheet(2, height=1.9)
     for k, (cycle, name) in enumerate(zip((actual, scaled), names, strict=True)):
         x, y = _thin(cycle.time_s, cycle.speed_mps)
-        axis.plot(x, y, color=COLOURS[k], ls=DASHES[0], lw=1.0, label=name)
-    axis.set_xlabel("Time [s]")
-    axis.set_ylabel("Speed [m/s]")
-    axis.set_ylim(bottom=0)
-    axis.set_xlim(left=min(actual.time_s[0], scaled.time_s[0]))
-    _legend_above(axis, axis.lines, list(names))
+        for axis in (both, alone)[: k + 1]:
+            axis.plot(x, y, color=COLOURS[k], ls=DASHES[0], lw=1.0, label=name)
+            axis.set_xlim(left=cycle.time_s[0])
+    for axis in (both, alone):
+        axis.set_ylabel("Speed [m/s]")
+        axis.set_ylim(bottom=0)
+    alone.set_xlabel("Time [s]")
+    _legend_above(both, both.lines, list(names))
     return figure
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,10 @@ from numpy.typing import NDArray
 from rcc_sim.analyse.energy import EnergyReport
 from rcc_sim.analyse.logcheck.finding import Finding
 from rcc_sim.trace import Trace
+
+if TYPE_CHECKING:
+    from rcc_sim.diagnose.prices import Prices
+    from rcc_sim.diagnose.signatures import Signatures
 
 Columns = Mapping[str, NDArray[np.float64]]
 
@@ -48,12 +52,10 @@ class Report:
         Ledgers to show beside each other.
     regimes : tuple of Span
         Kinds of driving, shaded.
-    cause_energy : dict
-        Effect -> energy that it adds to the simulated drive. [Wh] Where it is empty
-        the waterfall takes it from ``before`` and ``after``, as one step.
-    signatures : dict
-        Effect -> column -> what the effect changes in it, at the log's rows; the
-        winner first, then its rivals.
+    prices : Prices or None
+        What each cause adds to the energy: the steps of the waterfall.
+    signatures : Signatures or None
+        What the winner and its rivals would change in each channel.
     log_check : tuple of Finding
         What `check` says of the log.
     vehicle_diff : str
@@ -73,8 +75,8 @@ class Report:
     runs: tuple[Trace, ...] = ()
     energy: tuple[EnergyReport, ...] = ()
     regimes: tuple[Span, ...] = ()
-    cause_energy: Mapping[str, float] = field(default_factory=dict)
-    signatures: Mapping[str, Columns] = field(default_factory=dict)
+    prices: Prices | None = None
+    signatures: Signatures | None = None
     log_check: tuple[Finding, ...] = ()
     vehicle_diff: str = ""
     profiles: Trace | None = None

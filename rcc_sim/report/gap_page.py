@@ -10,6 +10,7 @@ from rcc_sim.analyse.gap_regimes import REGIMES
 from rcc_sim.analyse.gap_report import where
 from rcc_sim.report.findings import Report, spans_of
 from rcc_sim.report.provenance import run_record
+from rcc_sim.report.text import short
 
 
 def gap_page(gap: Gap, inputs: Sequence[str | Path] = ()) -> Report:
@@ -25,7 +26,7 @@ def gap_page(gap: Gap, inputs: Sequence[str | Path] = ()) -> Report:
     compared = {channel.channel for channel in gap.channels}
     shown = compared | {"speed_mps"}
     return Report(
-        title=f"Gap of {gap.log} against {gap.vehicle} ({gap.mode})",
+        title=f"Gap of {short(gap.log)} against {gap.vehicle} ({gap.mode})",
         diagnosis={"where": where(gap)},
         measured=gap.measured,
         before={c: v for c, v in gap.simulated.items() if c in shown},

@@ -5,15 +5,17 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
+import re
 from importlib import resources
 from typing import IO
 
 from rcc_sim.report import html_causes, html_energy, html_record
 from rcc_sim.report.findings import Report
-from rcc_sim.report.html_charts import drawn, packed
+from rcc_sim.report.html_charts import drawn, drawn_apart, packed
 from rcc_sim.report.html_parts import cards, section
-from rcc_sim.report.panels import charts_of
-from rcc_sim.report.text import Markup, figures, percent, tag
+from rcc_sim.report.panels import Charts, charts_of
+from rcc_sim.report.signature import signature
+from rcc_sim.report.text import Markup, escaped, figures, percent, tag
 from rcc_sim.report.verdict import STATUS, verdict_of
 
 
@@ -36,7 +38,7 @@ def page(report: Report) -> str:
         "base-uri 'none'; form-action 'none'"
     )
     data = json.dumps(packed(charts), separators=(",", ":")) if charts else "{}"
-    sections = _sections(report, drawn(charts) if charts else Markup(""))
+    sections = _sections(report, charts)
     head = tag(
         "head",
         tag("meta", charset="utf-8"),
@@ -79,10 +81,19 @@ def _header(report: Report, sections: dict[str, Markup]) -> Markup:
             tag("button", "Light / dark", id="theme", type="button", hidden=True),
             class_="top",
         ),
-        tag("p", report.verdict or verdict_of(report.diagnosis), class_="verdict"),
+        tag(
+            "p",
+            _unbroken(report.verdict or verdict_of(report.diagnosis)),
+            class_="verdict",
+        ),
         cards(_figures(report)),
         tag("nav", tag("ul", *links), aria_label="Sections"),
     )
+
+
+def _unbroken(text: str) -> Markup:
+    """Return a sentence whose figures stay on one line with their units."""
+    return Markup(re.sub(r"(?<=\d) (?=%|\w{1,2}\b)", "&nbsp;", escaped(text)))
 
 
 _NAMES = {
@@ -90,17 +101,18 @@ _NAMES = {
     "time": "Over time",
     "energy": "Energy",
     "driving": "Kinds of driving",
-    "where": "Where",
     "causes": "What it is",
+    "signature": "Signature",
     "proof": "Proof",
     "next": "Next",
+    "where": "Where",
     "check": "Log check",
     "vehicle": "Vehicle",
     "run": "What was run",
 }
 
 
-def _sections(report: Report, charts: Markup) -> dict[str, Markup]:
+def _sections(report: Report, charts: Charts | None) -> dict[str, Markup]:
     compared = report.measured is not None
     title = "Measured against simulated" if compared else "The drives over time"
     energy = html_energy.ledgers(report) or section(
@@ -108,13 +120,16 @@ def _sections(report: Report, charts: Markup) -> dict[str, Markup]:
     )
     return {
         "totals": html_energy.totals(report),
-        "time": section("time", title, charts),
+        "time": section("time", title, drawn(charts) if charts else ""),
         "energy": energy,
         "driving": html_energy.driving(report),
-        "where": html_energy.where(report),
         "causes": html_causes.causes(report),
+        "signature": signature(
+            report, drawn_apart(charts, "signature") if charts else Markup("")
+        ),
         "proof": html_causes.held_out(report),
         "next": html_causes.next_experiment(report),
+        "where": html_energy.where(report),
         "check": html_record.log_check(report),
         "vehicle": html_record.vehicle_diff(report),
         "run": html_record.record(report),

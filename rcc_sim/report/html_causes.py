@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from rcc_sim.report.channels import title_of
 from rcc_sim.report.findings import Report
 from rcc_sim.report.html_parts import (
     Column,
@@ -51,6 +52,7 @@ def _asserted(diagnosis: Mapping[str, Any]) -> Markup:
             "figures": _parameters(cause.get("parameters") or {}),
             "probability": percent(cause.get("probability")),
             "explains": percent(cause.get("explains")),
+            "energy": _added(cause.get("energy_wh")),
             "others": ", ".join(
                 effect_title(str(o)) for o in cause.get("indistinguishable_from") or []
             )
@@ -61,11 +63,18 @@ def _asserted(diagnosis: Mapping[str, Any]) -> Markup:
     columns = (
         Column("Effect", "effect"),
         Column("Figures of the mended file (90 % interval)", "figures"),
+        Column("Adds [Wh]", "energy", number=True),
         Column("Probability", "probability", number=True),
         Column("Explains", "explains", number=True),
         Column("This log cannot tell it from", "others"),
     )
     return table(columns, rows)
+
+
+def _added(energy: Any) -> str:
+    if energy is None:
+        return ""
+    return ("+" if energy > 0 else "") + figures(float(energy))
 
 
 def _parameters(parameters: Mapping[str, Any]) -> Markup:
@@ -109,9 +118,15 @@ def _ranked(diagnosis: Mapping[str, Any]) -> Markup:
         Column("Explains", "explains", number=True),
         Column("Tie", "tie"),
     )
-    told = "Probability that the effect acts, given this log and the stated doubt."
-    rest = ", ".join(effect_title(str(row.get("effect"))) for row in ranking[SHOWN:])
-    more = tag("p", f"Less probable: {rest}.", class_="note") if rest else ""
+    told = (
+        "Probability that the effect acts, given this log and the stated doubt. "
+        "Explains: of what the best candidate explains, each taken alone."
+    )
+    rest = [effect_title(str(row.get("effect"))) for row in ranking[SHOWN:]]
+    more = ""
+    if rest:
+        head = tag("summary", f"{len(rest)} more that are less probable")
+        more = tag("details", head, tag("p", ", ".join(rest) + ".", class_="note"))
     return Markup(tag("h3", "Candidates") + table(columns, rows, told) + more)
 
 
@@ -119,7 +134,12 @@ def _left(diagnosis: Mapping[str, Any]) -> Markup:
     left = diagnosis.get("unexplained") or {}
     if left.get("fraction") is None:
         return Markup("")
+    if not left["fraction"]:
+        return tag("p", "Nothing beyond noise is left over.")
     text = f"{percent(left['fraction'])} of the gap beyond noise stays unexplained"
+    if left.get("acts_as"):
+        follows = title_of(str(left.get("follows", ""))).lower()
+        text += f"; it acts like a {left['acts_as']} that follows {follows}"
     windows = left.get("windows") or []
     if windows:
         when = ", ".join(
@@ -190,8 +210,13 @@ def next_experiment(report: Report) -> Markup:
         told = f" It tells apart: {', '.join(apart)}." if apart else ""
         todo = str(step.get("do", "")).strip().rstrip(".")
         items.append(tag("li", tag("strong", todo[:1].upper() + todo[1:] + "."), told))
-    return (
-        section("next", "What to drive next", tag("ol", *items))
-        if items
-        else Markup("")
+    if items:
+        return section("next", "What to drive next", tag("ol", *items))
+    if not report.diagnosis.get("causes"):
+        return Markup("")
+    what = (
+        "Nothing is tied. To see whether the shrink is real, drive once more and hold "
+        "that log against the mended vehicle: ",
+        tag("code", "rccsim gap OTHER.csv --vehicle mended.toml"),
     )
+    return section("next", "What to drive next", tag("p", *what))

@@ -23,13 +23,19 @@ def drawn(charts: Charts) -> Markup:
         "div",
         _tools(),
         _legend(charts),
-        *(_figure(charts, k) for k in range(len(charts.panels))),
+        *(_figure(charts, k) for k, p in enumerate(charts.panels) if p.place == "time"),
         tag("p", clock, class_="clock"),
         id="charts",
         tabindex="0",
         role="group",
         aria_label="Charts over time; arrows move, plus and minus zoom, 0 shows all",
     )
+
+
+def drawn_apart(charts: Charts, place: str) -> Markup:
+    """Return the charts of another section; they move with the others."""
+    numbers = [k for k, p in enumerate(charts.panels) if p.place == place]
+    return tag("div", *(_figure(charts, k) for k in numbers)) if numbers else Markup("")
 
 
 def _tools() -> Markup:

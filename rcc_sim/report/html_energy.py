@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
 from rcc_sim.analyse.energy import compared
 from rcc_sim.report.channels import title_of
 from rcc_sim.report.findings import Report
 from rcc_sim.report.html_parts import Column, bar, effect_title, section, table
 from rcc_sim.report.text import Markup, figures, percent, tag
-from rcc_sim.units import J_PER_WH, unit_of
+from rcc_sim.units import unit_of
 
-SMALL = 1e-4
+CLOSE = 0.5
+"""Share of the longest bar at which the bars may begin, where all steps lie above."""
+
+SMALL = 1e-3
 """Share of the energy below which a step of the waterfall is not shown."""
 
 
@@ -24,9 +25,9 @@ def waterfall(report: Report) -> Markup:
     measured, simulated = energy.get("measured_wh"), energy.get("simulated_wh")
     if measured is None or simulated is None:
         return Markup("")
-    steps = list(cause_steps(report, measured - simulated))
-    rest = measured - simulated - sum(wh for _, wh in steps)
     some = SMALL * max(abs(measured), abs(simulated))
+    steps = [(name, wh) for name, wh in cause_steps(report) if abs(wh) > some]
+    rest = measured - simulated - sum(wh for _, wh in steps)
     word = "unexplained" if steps else "the gap"
     if steps or abs(rest) > some:
         steps.append((word, rest))
@@ -37,8 +38,7 @@ def waterfall(report: Report) -> Markup:
         rows.append(_step(name, wh, at, at + wh, kind))
         at += wh
     rows.append(_step("measured", measured, 0.0, measured, "m", total=True))
-    reach = [0.0, *(v for row in rows for v in row["reach"])]
-    low, high = min(reach), max(reach)
+    low, high = _axis([row["reach"][1] for row in rows])
     for row in rows:
         row["bar"] = bar(row["reach"], low, high, row["kind"])
         row["share"] = percent(row["wh"] / measured) if measured else ""
@@ -49,7 +49,16 @@ def waterfall(report: Report) -> Markup:
         Column("", "bar"),
     )
     caption = "From the simulated energy to the measured, step by step."
+    if low > 0:
+        caption += f" The bars begin at {figures(low)} Wh, not at zero."
     return table(columns, rows, caption)
+
+
+def _axis(ends: Sequence[float]) -> tuple[float, float]:
+    """Return the bars' axis: from zero, unless the steps would be too small to see."""
+    low, high = min(ends), max(ends)
+    begin = low - (high - low)
+    return (begin, high) if begin > CLOSE * high else (min(0.0, low), max(0.0, high))
 
 
 def _step(
@@ -66,21 +75,13 @@ def _step(
     }
 
 
-def cause_steps(report: Report, gap: float) -> Sequence[tuple[str, float]]:
-    """Return what each cause adds to the simulated energy [Wh], by name.
-
-    Given by the diagnosis; else the change from before to after as a whole, taken from
-    the battery power of both, or from the stages of the power chain.
-    """
-    if report.cause_energy:
-        return [(effect_title(n), float(wh)) for n, wh in report.cause_energy.items()]
-    causes = [str(c.get("effect")) for c in report.diagnosis.get("causes") or []]
-    power = "battery_power_w"
-    if causes and report.measured and power in report.before and power in report.after:
-        change = np.nan_to_num(report.after[power] - report.before[power])
-        joules = float(np.trapezoid(change, report.measured["time_s"]))
-        return [(" and ".join(map(effect_title, causes)), joules / J_PER_WH)]
-    return []
+def cause_steps(report: Report) -> Sequence[tuple[str, float]]:
+    """Return what each cause adds to the simulated energy [Wh], by name."""
+    prices = report.prices
+    if prices is None:
+        return []
+    steps = [(effect_title(name), wh) for name, wh in prices.causes.items()]
+    return [*steps, ("figures of the file, within their sds", prices.figures_wh)]
 
 
 def where(report: Report) -> Markup:

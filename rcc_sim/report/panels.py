@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from rcc_sim.analyse.energy import cumulative_energy
-from rcc_sim.report.channels import in_order, labelled, title_of
+from rcc_sim.report.channels import in_order, labelled
 from rcc_sim.report.findings import Report, Span
 from rcc_sim.report.lines import Array, Line
+from rcc_sim.report.signature import signature_lines
 from rcc_sim.trace import Trace
 from rcc_sim.units import J_PER_WH, unit_of
 
@@ -45,19 +46,23 @@ RUN_COLUMNS = (
 )
 """What is drawn of drives laid over each other."""
 
-RIVALS = 4
-"""Signatures that are drawn beside the measured gap."""
+BAND = ("_low", "_high")
+"""Ends of the columns that hold the band of a profile."""
 
 
 @dataclass(frozen=True)
 class Panel:
-    """One chart: lines of one unit over time, and the stretches flagged in it."""
+    """One chart: lines of one unit over time, and the stretches flagged in it.
+
+    ``place`` is the section of the page in which it stands.
+    """
 
     name: str
     title: str
     unit: str
     lines: tuple[Line, ...]
     flagged: tuple[Span, ...] = ()
+    place: str = "time"
 
 
 @dataclass(frozen=True)
@@ -119,9 +124,9 @@ def _panels(report: Report, shift: float) -> Iterable[Panel]:
         )
         flagged = _moved(_flagged(report, column), shift)
         yield Panel(column, labelled(column), unit_of(column), lines, flagged)
-    yield from _signature_panels(report, time)
     if report.profiles is not None:
         yield from _profile_panels(report.profiles, shift)
+    yield from _signature_panels(report, time)
 
 
 def _run_panels(runs: tuple[Trace, ...]) -> Iterable[Panel]:
@@ -152,48 +157,38 @@ def _run_panels(runs: tuple[Trace, ...]) -> Iterable[Panel]:
 
 
 def _signature_panels(report: Report, time: Array) -> Iterable[Panel]:
-    log, before = report.measured, report.before
-    if log is None:
-        return
-    columns = dict.fromkeys(c for s in report.signatures.values() for c in s)
-    for column in in_order(list(columns)):
-        if column not in before or column not in log:
-            continue
-        rivals = [n for n, s in report.signatures.items() if column in s][:RIVALS]
-        lines = [
-            Line("gap: measured − simulated", "m", time, log[column] - before[column])
-        ]
-        lines += [
-            Line(
-                f"what {name.replace('_', ' ')} would do", f"s{k}", time, found[column]
-            )
-            for k, name in enumerate(rivals)
-            for found in (report.signatures[name],)
-        ]
+    for column, lines in signature_lines(report, time).items():
         unit = unit_of(column)
-        title = f"Signature in {title_of(column).lower()} [{unit}]"
-        yield Panel(f"signature {column}", title, unit, tuple(lines))
+        yield Panel(
+            f"signature {column}", labelled(column), unit, lines, place="signature"
+        )
 
 
 def _profile_panels(profiles: Trace, shift: float) -> Iterable[Panel]:
     time = profiles["time_s"] - shift
     for column, values in profiles.columns.items():
-        if column == "time_s":
+        if column == "time_s" or column.endswith(BAND):
             continue
         effect, _, key = column.partition(".")
+        lines = [
+            Line(f"90 % {end[1:]}", "s2", time, profiles[column + end])
+            for end in BAND
+            if column + end in profiles
+        ]
+        lines.append(Line("found", "a", time, values))
         title = f"Found: {effect.replace('_', ' ')}, {labelled(key)}"
-        yield Panel(column, title, unit_of(key), (Line(key, "a", time, values),))
+        yield Panel(column, title, unit_of(key), tuple(lines))
 
 
 def _compared(report: Report) -> list[str]:
-    """Return the columns to draw: those compared, where most is wrong first."""
+    """Return the columns to draw: the speed, then where most is wrong first."""
     told = report.diagnosis.get("where", {}).get("channels") or []
-    ranked = [c.get("channel", "") for c in told]
+    wrong = {str(c.get("channel")): float(c.get("ratio") or 0.0) for c in told}
     both = [c for c in (*report.before, *report.after) if c != "time_s"]
     both = in_order(list(dict.fromkeys(both))) or [
-        c for c in ranked if report.measured is not None and c in report.measured
+        c for c in wrong if report.measured is not None and c in report.measured
     ]
-    return sorted(both, key=lambda c: c != "speed_mps")
+    return sorted(both, key=lambda c: (c != "speed_mps", -wrong.get(c, 0.0)))
 
 
 def _flagged(report: Report, column: str) -> tuple[Span, ...]:

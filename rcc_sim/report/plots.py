@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from rcc_sim.analyse.energy import EnergyReport, cumulative_distance, cumulative_energy
 from rcc_sim.errors import InputError
+from rcc_sim.report.channels import title_of
 from rcc_sim.trace import Trace
 from rcc_sim.units import J_PER_WH, unit_of
 
@@ -75,31 +76,60 @@ def save(figure: Figure, path: Path) -> None:
         raise InputError(f"{path}: cannot be written: {error.strerror}") from None
 
 
-def plot_run(*traces: Trace) -> Figure:
-    """Draw runs over time: speed, current, power, and steering where there is any."""
-    panels = [
+def plot_run(*traces: Trace, columns: Sequence[str] = ()) -> Figure:
+    """Draw runs over time: speed, current, power, and steering where there is any.
+
+    Parameters
+    ----------
+    traces : Trace
+        The first is drawn on top.
+    columns : sequence of str
+        What to draw instead.
+
+    Raises
+    ------
+    InputError
+        If no trace has one of the columns.
+    """
+    panels = _asked_for(traces, columns) or [
         panel
         for panel in RUN_PANELS
         if any(panel[1][0] in t and np.any(t[panel[1][0]]) for t in traces)
         and not (panel[0] == "Motor torque" and "motor_current_a" in traces[0])
     ]
     figure, axes = _sheet(len(panels), height=1.45, sharex=True)
-    for axis, (title, columns, labels) in zip(axes, panels, strict=True):
+    for axis, (title, shown, labels) in zip(axes, panels, strict=True):
         for k, trace in enumerate(traces):
-            for column, label in zip(columns, labels, strict=True):
+            for column, label in zip(shown, labels, strict=True):
                 if column in trace and not (k > 0 and label == "reference"):
                     _line(axis, trace, column, label, k)
-        axis.set_ylabel(f"{title} [{unit_of(columns[0])}]")
+        axis.set_ylabel(f"{title} [{unit_of(shown[0])}]")
     if len(traces) == 1:
         _legend_above(axes[0], *axes[0].get_legend_handles_labels())
     else:
         driven = [line for line in axes[0].lines if line.get_label() == "driven"]
         asked = [x for x in axes[0].lines if x.get_label() == "reference"]
-        names = [trace.name for trace in traces if "speed_mps" in trace]
+        names = [trace.name for trace in traces if panels[0][1][0] in trace]
         _legend_above(axes[0], driven + asked, names + ["reference"] * len(asked))
     axes[-1].set_xlabel("Time [s]")
     figure.suptitle(traces[0].name if len(traces) == 1 else "", x=0.02, ha="left")
     return figure
+
+
+def _asked_for(
+    traces: Sequence[Trace], columns: Sequence[str]
+) -> list[tuple[str, tuple[str, ...], tuple[str, ...]]]:
+    """Return a panel for each column; the first names the traces."""
+    for column in columns:
+        if not any(column in trace for trace in traces):
+            raise InputError(
+                f"--column {column}: {traces[0].name} does not have it",
+                f"there are {', '.join(traces[0].columns)}",
+            )
+    return [
+        (title_of(c), (c,), ("driven" if k == 0 else "",))
+        for k, c in enumerate(columns)
+    ]
 
 
 def plot_energy(traces: Sequence[Trace], reports: Sequence[EnergyReport]) -> Figure:

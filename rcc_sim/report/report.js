@@ -138,8 +138,8 @@
     }));
   }
 
-  const figures = [...holder.querySelectorAll(".panel")].map((figure, k) => ({
-    panel: data.panels[k],
+  const figures = [...document.querySelectorAll(".panel")].map((figure) => ({
+    panel: data.panels[figure.dataset.panel],
     plot: figure.querySelector(".plot"),
     xs: figure.querySelector(".xs"),
     ys: figure.querySelector(".ys"),

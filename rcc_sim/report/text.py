@@ -15,6 +15,17 @@ def printable(text: str) -> str:
     return "".join(c if c.isprintable() or c in "\n\t" else "\ufffd" for c in text)
 
 
+def short(path: str, most: int = 24) -> str:
+    """Return a path that fits a heading: its end, where it is long.
+
+    >>> short("/a/long/way/to/some/folder/of/many/drives/c0001/log.csv.gz")
+    '…/c0001/log.csv.gz'
+    """
+    if len(path) <= most or path.count("/") < 2:
+        return path
+    return "…/" + "/".join(path.split("/")[-2:])
+
+
 LEAST = 0.01
 """Percent below which a share is only said to be small."""
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from rcc_sim.report.text import figures, percent
+from rcc_sim.units import SUFFIXES, unit_of
 
 STATUS = {
     "no_gap": "no gap",
@@ -21,21 +22,29 @@ def verdict_of(diagnosis: Mapping[str, Any]) -> str:
     An empty text if it says nothing.
     """
     where = diagnosis.get("where") or {}
-    parts = [_gap(where.get("energy") or {})]
+    energy = where.get("energy") or {}
     status = diagnosis.get("status")
     if status is None:
-        parts.append(_place(where))
+        parts = [_gap(energy), _place(where)]
     elif status == "no_gap":
-        parts.append("nothing beyond the noise and the vehicle file's stated doubt")
+        parts = [
+            "no gap beyond the noise and the vehicle file's stated doubt",
+            _gap(energy, plain=True),
+        ]
     elif status == "unexplained":
-        parts.append("no effect of the library accounts for it")
+        parts = [
+            "a real gap that no effect of the library accounts for",
+            _gap(energy, plain=True),
+        ]
     else:
-        parts.append(_because(diagnosis))
+        parts = [_because(diagnosis), _mended(diagnosis)]
+        if status == "partly_explained":
+            parts.append("structure remains that this does not explain")
     sentence = "; ".join(part for part in parts if part)
     return sentence[:1].upper() + sentence[1:] + "." if sentence else ""
 
 
-def _gap(energy: Mapping[str, Any]) -> str:
+def _gap(energy: Mapping[str, Any], *, plain: bool = False) -> str:
     measured, simulated = energy.get("measured_wh"), energy.get("simulated_wh")
     if measured is None or simulated is None:
         return ""
@@ -48,7 +57,7 @@ def _gap(energy: Mapping[str, Any]) -> str:
         f"the log took {figures(abs(gap))} % {more} energy{place} than the model says "
         f"({figures(measured)} Wh against {figures(simulated)} Wh)"
     )
-    if energy.get("within") is None:
+    if plain or energy.get("within") is None:
         return text
     how = "within" if energy["within"] else "more than"
     return f"{text}, {how} what noise and the vehicle file's stated doubt allow"
@@ -77,31 +86,56 @@ def _because(diagnosis: Mapping[str, Any]) -> str:
     explained = shrink.get("explained")
     if explained is None:
         return text + "it"
-    text += percent(explained)
-    if shrink.get("low") is not None and shrink.get("high") is not None:
-        text += f" ({percent(shrink['low'])} to {percent(shrink['high'])})"
-    text += " of what is beyond noise"
+    text += f"{percent(explained)} of what is beyond noise"
     if shrink.get("held_out"):
         text += ", on data that no fit saw"
-    before = shrink.get("energy_gap_percent_before")
-    after = shrink.get("energy_gap_percent_after")
-    if before is not None and after is not None:
-        text += (
-            f", and the energy gap falls from {figures(before)} % "
-            f"to {figures(after, 2)} %"
-        )
-    if diagnosis.get("status") == "partly_explained":
-        text += "; structure remains that it does not explain"
     return text
+
+
+def _mended(diagnosis: Mapping[str, Any]) -> str:
+    """Return the energy gap, and what is left of it once the causes are in."""
+    energy = diagnosis.get("where", {}).get("energy") or {}
+    shrink = diagnosis.get("shrink") or {}
+    gap, after = energy.get("gap_percent"), shrink.get("energy_gap_percent_after")
+    if gap is None:
+        return ""
+    more = "more" if gap >= 0 else "less"
+    text = f"the log took {figures(abs(gap))} % {more} energy than the model says"
+    if after is not None:
+        them = "it is" if len(diagnosis.get("causes") or []) == 1 else "they are"
+        text += f", {_signed(after)} once {them} put in"
+    return text
+
+
+def _signed(after: float) -> str:
+    more = "more" if after >= 0 else "less"
+    return f"{figures(abs(after), 2)} % {more}"
 
 
 def _cause(cause: Mapping[str, Any]) -> str:
     text = str(cause.get("effect", "?")).replace("_", " ")
-    told = []
-    if cause.get("probability") is not None:
-        told.append(f"probability {percent(cause['probability'])}")
     others = cause.get("indistinguishable_from") or []
     if others:
-        names = " or ".join(str(o).replace("_", " ") for o in others)
-        told.append(f"this log cannot tell it from {names}")
+        text = " or ".join([text, *(str(o).replace("_", " ") for o in others)])
+    told = []
+    parameters = cause.get("parameters") or {}
+    if len(parameters) == 1 and not others:
+        told += [strength(*pair) for pair in parameters.items()]
+    if cause.get("probability") is not None:
+        told.append(f"probability {percent(cause['probability'])}")
+    if others:
+        told.append("this log cannot tell them apart")
     return f"{text} ({'; '.join(told)})" if told else text
+
+
+def strength(name: str, figure: Any) -> str:
+    """Return a figure of an effect in words.
+
+    >>> strength("mass_kg", {"value": 1.2546})
+    'mass 1.25 kg'
+    """
+    value = figure.get("value") if isinstance(figure, Mapping) else figure
+    unit = unit_of(name)
+    ends = (e for e in SUFFIXES if name.endswith("_" + e))
+    plain = name.removesuffix("_" + next(ends, "")).replace("_", " ")
+    return f"{plain} {figures(value)}" + (f" {unit}" if unit != "1" else "")

@@ -7,6 +7,8 @@ import numpy as np
 from rcc_sim.analyse.logcheck.finding import Finding
 from rcc_sim.definitions.cycle import Cycle
 from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose.prices import Prices
+from rcc_sim.diagnose.signatures import Signature, Signatures
 from rcc_sim.report.findings import Report, Span
 from rcc_sim.simulate.run import simulate
 from rcc_sim.trace import Trace
@@ -150,13 +152,27 @@ def diagnosis_report(duration: float = 72.0, name: str = "drive.csv") -> Report:
         before={c: before[c] for c in COLUMNS},
         after={c: after[c] for c in COLUMNS},
         regimes=spans(true["time_s"]),
-        cause_energy={"rolling_resistance": mended - simulated},
-        signatures={
-            "rolling_resistance": {
-                "motor_current_a": after["motor_current_a"] - before["motor_current_a"]
-            },
-            "road_grade": {"motor_current_a": np.full(len(true), 3.0)},
-        },
+        prices=Prices(
+            {"rolling_resistance": mended - simulated}, 0.0, measured - mended
+        ),
+        signatures=Signatures(
+            {"motor_current_a": log["motor_current_a"] - before["motor_current_a"]},
+            (
+                Signature(
+                    "rolling_resistance",
+                    {"coefficient": 0.0196},
+                    {
+                        "motor_current_a": after["motor_current_a"]
+                        - before["motor_current_a"]
+                    },
+                ),
+                Signature(
+                    "road_grade",
+                    {"slope": 0.01},
+                    {"motor_current_a": np.full(len(true), 3.0)},
+                ),
+            ),
+        ),
         log_check=(
             Finding(
                 "spike",

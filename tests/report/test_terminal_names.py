@@ -77,6 +77,39 @@ def test_no_escape_sequence_of_a_name_reaches_the_terminal(nasty, command):
     assert "\x1b[31m" not in shown and "\x1b[2J" not in shown
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("gap",),
+        ("check",),
+        ("diagnose", "--candidates", "auxiliary_load", "--html", "page.html"),
+    ],
+    ids=lambda words: words[0],
+)
+def test_a_log_and_a_vehicle_with_bad_names_stay_text_within_60_columns(
+    words, tmp_path
+):
+    (tmp_path / "car.toml").write_text(
+        '[vehicle]\nname = "car"\nextends = "rcc"\n'
+        'title = "x\\u001b[31m<script>alert(1)</script>"\n'
+    )
+    log = "a\x1b[31m\x1b[2Jb<script>.csv"
+    drive = ("simulate", "rcc", "--cycle", "udds[20:60]", "-o", log)
+    on_terminal(*drive, "--with", "auxiliary_load:power_w=3", cwd=tmp_path)
+    shown = on_terminal(
+        words[0], log, "--vehicle", "car.toml", *words[1:], cwd=tmp_path, NO_COLOR="1"
+    )
+    assert "Traceback" not in shown and "error: " not in shown
+    assert "\x1b[31m" not in shown and "\x1b[2J" not in shown
+    told = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", shown).split("\n")
+    assert len(told) > 3
+    assert max(len(line.strip("\r").rpartition("\r")[2]) for line in told) <= 60
+    for page in tmp_path.glob("*.html"):
+        text = page.read_text("utf-8")
+        assert "\x1b" not in text and text.count("<script") == 2
+
+
 def test_without_colour_nothing_is_coloured_and_bars_fit_the_width(nasty):
     folder, name = nasty
     shown = on_terminal("energy", name, cwd=folder, NO_COLOR="1")

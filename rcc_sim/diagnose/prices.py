@@ -1,0 +1,148 @@
+"""What each cause adds to the energy: the mended vehicle, cause by cause."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rcc_sim.analyse.gap_energy import logged_power, row_weights, shaft_power
+from rcc_sim.analyse.gap_stages import untorqued
+from rcc_sim.diagnose.knobs import figures_of
+from rcc_sim.simulate.replay import replay
+from rcc_sim.units import J_PER_WH
+
+if TYPE_CHECKING:
+    from rcc_sim.diagnose.compete import Cause
+    from rcc_sim.diagnose.problem import Problem
+
+Array = NDArray[np.float64]
+
+FIGURES = ""
+"""Stands among the effects for the stated figures that moved within their sds."""
+
+
+@dataclass(frozen=True)
+class Prices:
+    """The energy gap of a log, by what made it.
+
+    Parameters
+    ----------
+    causes : dict
+        Effect -> what it adds to the simulated energy. [Wh]
+    figures_wh : float
+        What the stated figures add that moved within their sds. [Wh]
+    unexplained_wh : float
+        What is left of the gap. [Wh]
+    """
+
+    causes: dict[str, float]
+    figures_wh: float
+    unexplained_wh: float
+
+
+def prices(
+    plain: Problem, causes: Sequence[Cause], values: Mapping[str, float]
+) -> Prices | None:
+    """Return what each cause adds to the energy of a drive.
+
+    The model runs freely, the causes put in one after another and then the figures
+    that moved, and again in the reverse order: what two of them cost together may be
+    more than each alone. A price is the mean of both. All prices and the remainder sum
+    to the gap.
+
+    Parameters
+    ----------
+    plain : Problem
+        The log and the nominal vehicle, without any profile that was found.
+    causes : sequence of Cause
+        What is asserted; a profile is that of the first log.
+    values : mapping
+        Figures of the fit, dotted key -> value.
+
+    Returns
+    -------
+    Prices or None
+        None where the log holds no energy.
+    """
+    measured, column = _measured(plain)
+    if measured is None:
+        return None
+    if plain.drive.imposed:
+        plain = replace(plain, drive=untorqued(plain.drive))
+    known = {c.effect: c for c in causes}
+
+    def power(parts: Sequence[str]) -> Array:
+        acting = [known[p] for p in parts if p != FIGURES]
+        figures = _figures(values, causes, acting, moved=FIGURES in parts)
+        vehicle = plain.vehicle.changed(settings=figures) if figures else plain.vehicle
+        return column(replay(vehicle, with_profiles(plain, acting).drive))
+
+    base = power(())
+    ok = np.isfinite(measured) & np.isfinite(base)
+    ok[0] = False
+    weights = row_weights(plain.drive.time, ok)
+
+    def energy(parts: Sequence[str]) -> float:
+        return float((np.where(ok, power(parts), 0.0) * weights).sum()) / J_PER_WH
+
+    order = [*known, FIGURES]
+    ends = energy(()), energy(order)
+    steps = [_steps(energy, way, ends) for way in (order, order[::-1])]
+    paid = {p: float(np.mean([s[p] for s in steps])) for p in order}
+    figures = paid.pop(FIGURES)
+    whole = float((np.where(ok, measured, 0.0) * weights).sum()) / J_PER_WH
+    return Prices(paid, figures, whole - ends[1])
+
+
+def with_profiles(plain: Problem, causes: Sequence[Cause]) -> Problem:
+    """Return the first log's problem with the profiles of some causes on it."""
+    found = plain
+    for profile in (c.profiles[0] for c in causes if 0 in c.profiles):
+        if profile.along == "distance_m":
+            found = found.on_road(profile.knots, profile.value)
+        else:
+            found = found.with_load(profile.at(found.log["time_s"]))
+    return found
+
+
+def _measured(
+    plain: Problem,
+) -> tuple[Array | None, Callable[[Mapping[str, Array]], Array]]:
+    """Return the measured power [W], and how to get the same of a simulated drive."""
+    at_battery = logged_power(plain.log)
+    if at_battery is not None:
+        return at_battery, lambda columns: columns["battery_power_w"]
+    at_shaft = shaft_power(plain.log.columns, plain.vehicle)
+    return at_shaft, lambda c: c["motor_torque_nm"] * c["motor_speed_radps"]
+
+
+def _figures(
+    values: Mapping[str, float],
+    causes: Sequence[Cause],
+    acting: Sequence[Cause],
+    *,
+    moved: bool,
+) -> dict[str, float]:
+    """Return the figures of the acting causes, and of no cause where ``moved``."""
+    own = {k for c in causes for k in c.keys}
+    mine = {k for c in acting for k in c.keys}
+    return {
+        k: x
+        for k, x in figures_of(values).items()
+        if k in mine or (moved and k not in own)
+    }
+
+
+def _steps(
+    energy: Callable[[Sequence[str]], float],
+    order: Sequence[str],
+    ends: tuple[float, float],
+) -> dict[str, float]:
+    """Return what each part adds when it comes after those before it. [Wh]"""
+    inner = [energy(order[: k + 1]) for k in range(len(order) - 1)]
+    at = [ends[0], *inner, ends[1]]
+    return dict(zip(order, np.diff(at).tolist(), strict=True))

@@ -1,0 +1,172 @@
+"""A diagnosis on one screen of a terminal."""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from collections.abc import Iterator
+
+import numpy as np
+
+from rcc_sim.analyse.gap_energy import logged_power
+from rcc_sim.analyse.gap_regimes import moving_mean
+from rcc_sim.diagnose.run import Diagnosis
+from rcc_sim.diagnose.verdict import Asserted
+from rcc_sim.report.html_parts import OTHERS
+from rcc_sim.report.text import figures, percent, printable, sparkline
+
+WORDS = {
+    "no_gap": "no gap beyond what tolerances and noise explain",
+    "explained": "explained",
+    "partly_explained": "partly explained",
+    "unexplained": "a real gap that none of the effects explains",
+}
+
+UNIT = re.compile(r"(?<=\d) (?=(?:%|Wh|W|s|nats)\b|%)")
+"""The blank before a unit, at which no line is broken."""
+
+MARGIN = 9
+"""Columns of the word at the left."""
+
+LEAST_BARS, MOST_BARS = 15, 60
+"""Columns that a line of bars takes."""
+
+SHOWN = 4
+"""Logs, kinds of driving and stretches that are told at most."""
+
+RIVALS = 3
+"""Rivals that are told at most."""
+
+
+def screen(found: Diagnosis, width: int = 80) -> list[str]:
+    """Return the lines of the human output, none wider than ``width``.
+
+    Names from files are told without control characters.
+    """
+    lines: list[str] = []
+    for word, text in _told(found, min(width - MARGIN, MOST_BARS)):
+        whole = textwrap.wrap(
+            UNIT.sub("\u00a0", f"{word:<{MARGIN}}{printable(text)}"),
+            max(width, 2 * MARGIN),
+            subsequent_indent=" " * MARGIN,
+            break_on_hyphens=False,
+            drop_whitespace=True,
+        )
+        lines += [line.replace("\u00a0", " ") for line in whole or [word]]
+    return lines
+
+
+def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
+    """Yield the word at the left and what it says."""
+    yield from _gap(found)
+    bars = _bars(found, room)
+    if bars:
+        yield "OVER", "gap of the battery power, " + bars[0]
+        yield "", bars[1]
+    regimes = [r for r in found.gaps[0].regimes if r.gap_wh is not None]
+    regimes = sorted(regimes, key=lambda r: -abs(r.gap_wh or 0.0))[:SHOWN]
+    if regimes:
+        told = (f"{r.regime.replace('_', ' ')} {_wh(r.gap_wh)}" for r in regimes)
+        yield "WHERE", ", ".join(told)
+    yield "VERDICT", WORDS[found.status]
+    for a in found.asserted:
+        yield "CAUSE", _cause(a)
+        if a.cause.tied:
+            yield "", f"this log cannot tell it from {', '.join(a.cause.tied)}"
+    yield from _rivals(found)
+    if found.asserted:
+        yield from _proof(found)
+        yield from _ledger(found)
+    if found.left.is_real:
+        left = found.left
+        yield (
+            "LEFT",
+            f"acts as a {left.acts_as}, follows {left.follows} "
+            f"({left.evidence:.0f} nats), at "
+            + ", ".join(
+                f"{w['start_s']:.1f} to {w['end_s']:.1f} s"
+                for w in left.windows[:SHOWN]
+            ),
+        )
+    for run in found.experiments[:2]:
+        nats = run.expected_nats.least
+        yield "NEXT", f"{run.do}, {run.time_s:.0f} s: {nats:.0f} nats"
+
+
+def _gap(found: Diagnosis) -> Iterator[tuple[str, str]]:
+    for gap in found.gaps[:SHOWN]:
+        e = gap.energy
+        text = f"{found.vehicle.name} on {gap.log}, {gap.mode}"
+        if e.gap_wh is not None and e.gap_percent is not None:
+            place = "battery" if e.at == "battery" else "shaft"
+            text += (
+                f": {place} energy {e.gap_percent:+.1f} % ({_wh(e.gap_wh)} of "
+                f"{e.measured_wh:.4g}), u_val {e.u_val:.2g} Wh"
+            )
+        yield "GAP", text
+    if len(found.gaps) > SHOWN:
+        yield "", f"and {len(found.gaps) - SHOWN} logs more"
+
+
+def _bars(found: Diagnosis, room: int) -> tuple[str, str] | None:
+    """Return the range of the gap of the power, and a line of bars over time."""
+    gap = found.gaps[0]
+    power = logged_power(gap.measured)
+    if power is None or "battery_power_w" not in gap.simulated or room < LEAST_BARS:
+        return None
+    e = power - gap.simulated["battery_power_w"]
+    if not np.isfinite(e).any() or len(e) < room:
+        return None
+    e = np.round(e, 6)
+    e = moving_mean(e, max(len(e) // room, 1))[:: max(len(e) // (8 * room), 1)]
+    return (
+        f"{figures(float(e.min()), 2)} to {figures(float(e.max()), 2)} W:",
+        sparkline(e.tolist(), room),
+    )
+
+
+def _cause(a: Asserted) -> str:
+    told = ", ".join(
+        f"{k} {figures(x.value, 4)} ({figures(x.low, 4)} to {figures(x.high, 4)})"
+        for k, x in a.figures.items()
+    )
+    varies = ", varies over the drive (--profiles)" if a.cause.profiles else ""
+    return f"{a.cause.effect}, probability {percent(a.probability)}: {told}{varies}"
+
+
+def _rivals(found: Diagnosis) -> Iterator[tuple[str, str]]:
+    taken = {a.cause.effect for a in found.asserted}
+    tied = {t for a in found.asserted for t in a.cause.tied}
+    rows = [r for r in found.document()["ranking"] if r["effect"] not in taken | tied]
+    told = [
+        f"{OTHERS.get(r['effect'], r['effect'])} {percent(r['probability'])}"
+        for r in rows[:RIVALS]
+    ]
+    if told and found.asserted:
+        yield "RIVALS", ", ".join(told)
+
+
+def _proof(found: Diagnosis) -> Iterator[tuple[str, str]]:
+    s, after = found.shrink, found.energy_after
+    energy = "" if after is None else f"; energy gap there {after:+.2f} %"
+    yield (
+        "PROOF",
+        f"on rows that no fit saw {percent(s.explained)} of what is beyond noise is "
+        f"gone ({percent(s.low)} to {percent(s.high)}){energy}",
+    )
+
+
+def _ledger(found: Diagnosis) -> Iterator[tuple[str, str]]:
+    prices = found.prices
+    if prices is None:
+        return
+    steps = [f"{name} {_wh(wh)}" for name, wh in prices.causes.items()]
+    steps += [
+        f"figures within their sds {_wh(prices.figures_wh)}",
+        f"unexplained {_wh(prices.unexplained_wh)}",
+    ]
+    yield "ENERGY", ", ".join(steps)
+
+
+def _wh(energy: float | None) -> str:
+    return "" if energy is None else f"{energy:+.3g} Wh"

@@ -1,0 +1,92 @@
+"""What a cause costs: prices and what is left sum to the gap."""
+
+import numpy as np
+import pytest
+
+from rcc_sim.analyse.gap import gap
+from rcc_sim.analyse.logged import open_log
+from rcc_sim.definitions.cycle import parse_cycle
+from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose.compete import Cause
+from rcc_sim.diagnose.prices import prices, with_profiles
+from rcc_sim.diagnose.profile import Profile
+from rcc_sim.diagnose.run import problem_of
+from rcc_sim.simulate.run import simulate
+from rcc_sim.trace import write_trace
+
+ROLLS = Cause("rolling_resistance", ("effects.rolling_resistance.coefficient",), 50, 0)
+DRAWS = Cause("auxiliary_load", ("effects.auxiliary_load.power_w",), 40, 0)
+VALUES = {
+    "effects.rolling_resistance.coefficient": 0.02,
+    "effects.auxiliary_load.power_w": 5.0,
+    "bias.0.battery_current_a": 0.1,
+    "body.mass_kg": 3.7,
+}
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory):
+    car = load_vehicle("rcc").changed(
+        effects={
+            "rolling_resistance": {"coefficient": 0.021},
+            "auxiliary_load": {"power_w": 5.0},
+        }
+    )
+    path = tmp_path_factory.mktemp("priced") / "log.csv"
+    with path.open("wb") as file:
+        write_trace(simulate(car, parse_cycle("udds[20:60]")).trace, file)
+    return open_log(path, load_vehicle("rcc"))
+
+
+@pytest.fixture(scope="module")
+def plain(log):
+    return problem_of(log.log, load_vehicle("rcc"))
+
+
+def test_prices_and_what_is_left_sum_to_the_gap_that_gap_measures(log, plain):
+    energy = gap(log, load_vehicle("rcc")).energy
+    told = prices(plain, [ROLLS, DRAWS], VALUES)
+    whole = sum(told.causes.values()) + told.figures_wh + told.unexplained_wh
+    assert whole == pytest.approx(energy.gap_wh, rel=1e-9)
+
+
+def test_a_constant_load_costs_its_power_times_the_time(log, plain):
+    told = prices(plain, [DRAWS], VALUES)
+    hours = float(np.ptp(log.log["time_s"])) / 3600
+    assert told.causes["auxiliary_load"] == pytest.approx(5.0 * hours, rel=0.01)
+
+
+def test_without_causes_all_is_figures_and_what_is_left(log, plain):
+    told = prices(plain, [], {"bias.0.battery_current_a": 0.1})
+    assert told.causes == {} and told.figures_wh == 0.0
+    assert told.unexplained_wh == pytest.approx(gap(log, plain.vehicle).energy.gap_wh)
+
+
+def test_prices_do_not_hang_on_the_order_of_the_causes(plain):
+    one = prices(plain, [ROLLS, DRAWS], {k: VALUES[k] for k in list(VALUES)[:2]})
+    two = prices(plain, [DRAWS, ROLLS], {k: VALUES[k] for k in list(VALUES)[:2]})
+    for name, wh in one.causes.items():
+        assert two.causes[name] == pytest.approx(wh, rel=1e-9)
+
+
+def test_a_load_that_varies_costs_its_mean(plain):
+    ends = plain.log["time_s"][[0, -1]]
+    ramp = Profile(
+        DRAWS.keys[0], "time_s", ends, np.array([0.0, 10.0]), np.ones(2), 99.0
+    )
+    varying = Cause(DRAWS.effect, DRAWS.keys, 99, 0, profiles={0: ramp})
+    told = prices(plain, [varying], {})
+    flat = prices(plain, [DRAWS], {DRAWS.keys[0]: 5.0})
+    assert told.causes["auxiliary_load"] == pytest.approx(
+        flat.causes["auxiliary_load"], rel=0.01
+    )
+    assert with_profiles(plain, [DRAWS]) is plain
+
+
+def test_a_log_without_energy_has_no_prices(plain):
+    from dataclasses import replace
+
+    from rcc_sim.trace import Trace
+
+    kept = {c: plain.log[c] for c in ("time_s", "speed_ref_mps", "speed_mps")}
+    assert prices(replace(plain, log=Trace(kept)), [], {}) is None
