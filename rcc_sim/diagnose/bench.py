@@ -215,7 +215,7 @@ class Bench:
         ):
             parts_of = [np.ones(len(x)), log.speed**2, local_range(log.log[c]) ** 2]
             scale = np.sqrt(shares @ np.stack(parts_of))
-            valid = judged.get(c, np.ones(len(x), bool)) & np.isfinite(x)
+            valid = judged.get(c, np.ones(len(x), bool))
             parts.append(replace(w, scale=scale, valid=valid)(np.nan_to_num(x)))
         return np.concatenate(parts)
 

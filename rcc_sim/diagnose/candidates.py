@@ -12,7 +12,7 @@ from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.errors import InputError
 from rcc_sim.physics.effect import Effect, Param
-from rcc_sim.units import G
+from rcc_sim.units import G, unit_of
 
 NOT_FITTED = {"air_density_kg_per_m3"}
 """Figures that stand beside another and never vary on their own."""
@@ -25,6 +25,13 @@ COMMANDED = {"actuation_delay", "motor_lag", "current_limit", *SPEED_LOOP}
 ROLLED = {"wheel_radius", "speed_sensor_scale"}
 """Effects that an imposed drive shows only by how it turns: without, they are a factor
 on every force."""
+
+LIKELY = 5.0
+"""Strength that is tried first, in small changes of its unit."""
+
+SLIGHT = 0.05
+"""Share of its typical departure from 1 that a scale must have to be told: a wheel's
+radius is no better defined than by what its tyre slips."""
 
 BEYOND = 4.0
 """Times its typical departure from 1 that a scale may have."""
@@ -59,6 +66,8 @@ class Search:
         Strengths that are all tried: for thresholds, limits and clocks.
     clocked : bool
         Whether it is a period, whose signal has no slope at all: found by trying alone.
+    least : float
+        Distance from neutral below which a model is no better than its effect.
     """
 
     key: str
@@ -68,6 +77,7 @@ class Search:
     first: float
     grid: tuple[float, ...] = ()
     clocked: bool = False
+    least: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -185,18 +195,23 @@ def search_of(problem: Problem, effect: Effect, param: Param) -> Search:
     if effect.id == "sensor_delay":
         low = grid[0]  # within a row a delay cannot be told from smoothing
     a, b = param.typical
+    least = 0.0
     if param.neutral == inf:
         first = b
     elif a < 0:
         first = param.neutral + 0.3 * b
     elif param.neutral == 1.0:
         first = 0.5 * (1 + a)
+        least = SLIGHT * max(1 - a, b - 1)
         low = max(low, 1 - BEYOND * (1 - a))
         high = min(high, 1 + BEYOND * max(b - 1, 0.0))
+    elif stated and neutral:
+        first = 1.1 * neutral
     else:
-        first = 1.1 * neutral if stated and neutral else sqrt(max(a, 1e-9) * b)
+        small = problem.small.get(unit_of(param.name))
+        first = sqrt(max(a, 1e-9) * b) if small is None else LIKELY * small
     clocked = effect.id in CLOCKED
-    return Search(key, neutral, low, high, first, grid, clocked)
+    return Search(key, neutral, low, high, first, grid, clocked, least)
 
 
 def grid_of(problem: Problem, effect: Effect, param: Param) -> tuple[float, ...]:

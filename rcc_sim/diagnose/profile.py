@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from rcc_sim.diagnose.engine import Engine, Fit
 from rcc_sim.diagnose.noise import Whitener, log_likelihood, weights
+from rcc_sim.units import unit_of
 
 Array = NDArray[np.float64]
 
@@ -247,15 +248,4 @@ def likeliest(M: Array, b: Array) -> tuple[float, Array, Array]:
 
 def probe_size(engine: Engine, key: str) -> float:
     """A small change of a figure, for a vehicle of any size."""
-    problem = engine.problems[0]
-    vehicle = problem.vehicle
-    lever = vehicle.tyres.radius_m.value / vehicle.drivetrain.gear_ratio.value
-    torque = 0.01 * vehicle.body.mass_kg.value * 9.81 * lever
-    power = 0.01 * float(np.nanmax(np.abs(problem.nominal["battery_power_w"])))
-    sizes = {
-        "torque_nm": torque,
-        "a_n": torque / lever,
-        "power_w": power or 1.0,
-        "angle_rad": 0.005,
-    }
-    return sizes.get(key.rpartition(".")[2], 0.005)
+    return engine.problems[0].small.get(unit_of(key), 0.005)

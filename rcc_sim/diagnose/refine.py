@@ -99,8 +99,19 @@ class Refined:
         """
         return self.gain + max(self.eased, 0.0)
 
+    @property
+    def matters(self) -> bool:
+        """Whether any of its figures is farther from neutral than a model is exact."""
+        searches = {s.key: s for s in self.screened.candidate.searches}
+        return any(
+            abs(self.fit.values[k] - searches[k].neutral) > searches[k].least
+            for k in self.screened.values
+        )
+
     def reaches(self, needed: float) -> bool:
         """Tell whether it gains what is needed, and all over the logs."""
+        if not self.matters:
+            return False
         even = self.steady + 2 * max(self.eased, 0.0)
         return self.trusted >= needed and (self.gain > CLEAR or even >= needed)
 
