@@ -215,8 +215,9 @@ class Bench:
         ):
             parts_of = [np.ones(len(x)), log.speed**2, local_range(log.log[c]) ** 2]
             scale = np.sqrt(shares @ np.stack(parts_of))
-            valid = judged.get(c, np.ones(len(x), bool))
-            parts.append(replace(w, scale=scale, valid=valid)(np.nan_to_num(x)))
+            every = np.ones(len(x), bool)  # logs of two hypotheses judge other rows
+            counted = np.where(judged.get(c, every), np.nan_to_num(x), 0.0)
+            parts.append(replace(w, scale=scale, valid=every)(counted))
         return np.concatenate(parts)
 
     def signals(
