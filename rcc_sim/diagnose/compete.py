@@ -150,7 +150,7 @@ def compete(
             ranking[varying.effect] = max(ranking.get(varying.effect, 0), varying.gain)
             left = remainder(engine, current).against(varying.effect, varying.shares)
             if varying.gain > UNLIKE[varying.effect] * left:
-                engine, current = with_profile(engine, current, varying)
+                engine, current, varying = with_profile(engine, current, varying)
                 causes = [c for c in causes if c.effect != varying.effect]
                 causes.append(varying)
                 continue
@@ -268,14 +268,19 @@ def profile_cause(engine: Engine, fit: Fit, named: set[str]) -> Cause | None:
     return best
 
 
-def with_profile(engine: Engine, fit: Fit, cause: Cause) -> tuple[Engine, Fit]:
-    """Let a profile act on the logs, and fit the knobs anew."""
-    problems = list(engine.problems)
-    for i, profile in cause.profiles.items():
+def with_profile(engine: Engine, fit: Fit, cause: Cause) -> tuple[Engine, Fit, Cause]:
+    """Let a profile act on the logs, by the noise it leaves; fit the knobs anew."""
+    key, along = PROFILES[cause.effect]
+    probe = Probe(engine, fit, key, probe_size(engine, key))
+    problems, profiles = list(engine.problems), {}
+    for i, found in cause.profiles.items():
         p = problems[i]
-        if profile.along == "distance_m":
+        x = p.distance if along == "distance_m" else p.log["time_s"]
+        profile = profiles[i] = probe.sharper(found, i, x)
+        if along == "distance_m":
             problems[i] = p.on_road(profile.knots, profile.value)
         else:
-            problems[i] = p.with_load(profile.at(p.log["time_s"]))
+            problems[i] = p.with_load(profile.at(x))
     moved = Engine(problems)
-    return moved, moved.fit(fit.values, fit.knobs)
+    cause = replace(cause, profiles=profiles)
+    return moved, moved.fit(fit.values, fit.knobs), cause

@@ -108,6 +108,7 @@ class Probe:
 
     def __init__(self, engine: Engine, fit: Fit, key: str, size: float) -> None:
         self.engine, self.fit, self.key = engine, fit, key
+        self._white: dict[int, Array] = {}
         base = fit.values.get(key)
         if base is None:
             figure = engine.problems[0].vehicle.figures().get(key)
@@ -137,13 +138,31 @@ class Probe:
         drifts = self.key not in DRIFTS and any(w.turned is not None for w in noise)
         if drifts:
             found = self._relearnt(tracks, H, found)
-        elif found.evidence > 0:
-            again = self._relearnt(tracks, H, found)
-            if again.evidence > found.evidence:  # sharper, and no likelier for it
-                found = replace(again, evidence=found.evidence)
         return Profile(
             self.key, along, knots, found.value, found.sd, found.evidence, drifts
         )
+
+    def sharper(self, profile: Profile, log: int, x: Array) -> Profile:
+        """The same by the noise that it leaves: sharper, and no likelier for it."""
+        if profile.beside_drift or profile.evidence <= 0:
+            return profile
+        tracks = [i for i in self.tracks if self.engine.tracks[i][0] == log]
+        H = windows(x, profile.knots)
+        noise = [self.fit.noise[i] for i in tracks]
+        found = self._weighed(tracks, H, noise, self._left(tracks))
+        again = self._relearnt(tracks, H, found)
+        if again.evidence <= found.evidence:
+            return profile
+        return replace(profile, value=again.value, sd=again.sd)
+
+    def _knobs(self, noise: Whitener, track: int) -> Array:
+        """Signals of the knobs in a track, whitened; kept for the fit's own noise."""
+        if noise is not self.fit.noise[track]:
+            return noise(np.stack([j[track] for j in self.fit.signals], 1))
+        if track not in self._white:
+            signals = np.stack([j[track] for j in self.fit.signals], 1)
+            self._white[track] = noise(signals)
+        return self._white[track]
 
     def _left(self, tracks: list[int]) -> list[Array]:
         return [self.fit.residuals[i] for i in tracks]
@@ -160,7 +179,7 @@ class Probe:
         pairs = list(zip(noise, tracks, strict=True))
         A = np.vstack([w(self.signal[i][:, None] * H) for w, i in pairs])
         r = np.concatenate([w(fit.residuals[i]) for w, i in pairs])
-        J = np.vstack([w(np.stack([j[i] for j in fit.signals], 1)) for w, i in pairs])
+        J = np.vstack([self._knobs(w, i) for w, i in pairs])
         rest = np.concatenate([w(e) for w, e in zip(noise, left, strict=True)])
         W = np.sqrt(weights(rest))
         A, r, J = A * W[:, None], r * W, J * W[:, None]
