@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from math import inf
@@ -68,8 +68,9 @@ class Diagnosis:
         What none of the effects explains.
     shrink : Shrink
         Proof on rows that no fit saw.
-    energy_after : float
-        Energy gap on such rows with the mended vehicle. [% of the measured]
+    energy_before, energy_after : float or None
+        Energy gap on such rows with the nominal vehicle, and with the mended one; both
+        run by the torque that was measured, where the drive is imposed. [%]
     experiments : tuple of Experiment
         Runs that would settle what is tied, or wide; best first.
     """
@@ -82,6 +83,7 @@ class Diagnosis:
     fit: Fit
     left: Remainder
     shrink: Shrink
+    energy_before: float | None
     energy_after: float | None
     experiments: tuple[Experiment, ...] = ()
 
@@ -107,7 +109,7 @@ class Diagnosis:
             "shrink": {
                 "held_out": True,
                 **asdict(self.shrink),
-                "energy_gap_percent_before": first.energy.gap_percent,
+                "energy_gap_percent_before": self.energy_before,
                 "energy_gap_percent_after": self.energy_after,
             },
             "prices": self.prices and asdict(self.prices),
@@ -246,7 +248,7 @@ def diagnose(
         left = remainder(acting, known.fit)
     fit, causes = known.fit, known.causes
     told("proof on held-out rows")
-    shrink, energy = _proof(acting, engine, fit, holdouts, vehicle)
+    shrink, before, after = _proof(acting, engine, fit, holdouts, vehicle)
     stated = {key: figure.value for key, figure in vehicle.figures().items()}
     asserted = tuple(
         Asserted(c, probability(c, left), estimates(fit, c, stated)) for c in causes
@@ -255,7 +257,7 @@ def diagnose(
     runs = tuple(next_experiments(acting, fit, asserted, known.rivals))
     return Diagnosis(
         vehicle, gaps, status_of(causes, left), asserted, found, fit, left, shrink,
-        energy, runs,
+        before, after, runs,
     )  # fmt: skip
 
 
@@ -288,7 +290,8 @@ def _proof(
     fit: Fit,
     holdouts: Sequence[Logged],
     vehicle: Vehicle,
-) -> tuple[Shrink, float | None]:
+) -> tuple[Shrink, float | None, float | None]:
+    """Return the shrink, and the energy gap before and after, on rows held out."""
     if holdouts:
         problems = [problem_of(one.log, vehicle) for one in holdouts]
         other = Engine(problems)
@@ -301,15 +304,22 @@ def _proof(
         before, after = (
             np.array([p.mean() for p in np.array_split(x, 20)]) for x in squares
         )
-        return shrink_of(before, after), _energy_percent(problems, [(values, None)])
+        return (
+            shrink_of(before, after),
+            _energy_percent(problems, [({}, None)]),
+            _energy_percent(problems, [(values, None)]),
+        )
     fitted = halves(acting, fit)
-    shrink = hold_out(acting, nominal, fit, fitted)
-    return shrink, _energy_percent(acting.problems, fitted)
+    return (
+        hold_out(acting, nominal, fit, fitted),
+        _energy_percent(nominal.problems, (({}, rows) for _, rows in fitted)),
+        _energy_percent(acting.problems, fitted),
+    )
 
 
 def _energy_percent(
     problems: Sequence[Problem],
-    fitted: Sequence[tuple[dict[str, float], Sequence[Mask] | None]],
+    fitted: Iterable[tuple[dict[str, float], Sequence[Mask] | None]],
 ) -> float | None:
     """Energy gap of free runs with these figures on rows that they did not see."""
     measured = simulated = 0.0

@@ -147,8 +147,10 @@ def _rivals(found: Diagnosis) -> Iterator[tuple[str, str]]:
 
 
 def _proof(found: Diagnosis) -> Iterator[tuple[str, str]]:
-    s, after = found.shrink, found.energy_after
-    energy = "" if after is None else f"; energy gap there {after:+.2f} %"
+    s, before, after = found.shrink, found.energy_before, found.energy_after
+    energy = ""
+    if before is not None and after is not None:
+        energy = f"; energy gap there {before:+.1f} % before, {after:+.2f} % after"
     yield (
         "PROOF",
         f"on rows that no fit saw {percent(s.explained)} of what is beyond noise is "
