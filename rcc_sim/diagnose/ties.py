@@ -33,7 +33,7 @@ from rcc_sim.diagnose.compete import Cause
 from rcc_sim.diagnose.engine import MEMORY, Engine, Fit
 from rcc_sim.diagnose.knobs import nuisance_knobs
 from rcc_sim.diagnose.noise import FREEDOM, weights
-from rcc_sim.diagnose.refine import with_effect
+from rcc_sim.diagnose.refine import LESS_LIKELY, with_effect
 from rcc_sim.diagnose.screen import Screen, Screened
 from rcc_sim.errors import InputError
 
@@ -49,6 +49,9 @@ other causes are known it may gain more."""
 
 ALIKE = 0.6
 """Share of a cause's nats that another must gain at its best strength to be fitted."""
+
+CHANGES = 3
+"""Times that a cause may give way."""
 
 ROUNDS = 2
 """Rounds of a fit that is still on its way, its signals found anew."""
@@ -135,18 +138,32 @@ def settled(
     for i, cause in enumerate(causes):
         if cause.profiles:
             continue
-        others = near(cause, causes, candidates)
-        mine = rivals_of(engine, fit, cause.keys, others)
-        if mine and mine[0].behind < -SAME:
-            best = mine[0]
+        mine = rivals_of(engine, fit, cause.keys, near(cause, causes, candidates))
+        for _ in range(CHANGES):
+            best = better(causes[i], mine)
+            if best is None:
+                break
             keys = tuple(best.screened.values)
-            causes[i] = replace(
-                cause, effect=best.effect, keys=keys, gain=cause.gain - best.behind
-            )
+            gain = causes[i].gain - best.behind
+            causes[i] = replace(cause, effect=best.effect, keys=keys, gain=gain)
             fit = engine.fit(best.fit.values, best.fit.knobs)
             mine = rivals_of(engine, fit, keys, near(cause, causes, candidates))
         found[causes[i].effect] = mine
     return Settled(fit, with_ties(causes, found), found)
+
+
+def better(cause: Cause, rivals: Sequence[Rival]) -> Rival | None:
+    """Return what is to be named in place of a cause, if anything.
+
+    What does better by more than what two alike may differ; or what is plainer, where
+    the cause is one of two figures that do as others do and the logs cannot tell.
+    """
+    if rivals and rivals[0].behind < -SAME:
+        return rivals[0]
+    if cause.effect not in LESS_LIKELY:
+        return None
+    plain = (r for r in rivals if r.is_tied and r.effect not in LESS_LIKELY)
+    return next(plain, None)
 
 
 def near(
