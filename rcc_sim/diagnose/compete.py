@@ -146,7 +146,8 @@ def compete(
         }
         varying = profile_cause(engine, current, named)
         constant = {r.candidate.effect: r.gain for r, _ in reversed(found)}
-        if varying and is_clear(varying, one, constant, causes):
+        held = constant | {r.screened.candidate.effect: r.before for r in refined}
+        if varying and is_clear(varying, one, held, causes):
             ranking[varying.effect] = max(ranking.get(varying.effect, 0), varying.gain)
             left = remainder(engine, current).against(varying.effect, varying.shares)
             if varying.gain > UNLIKE[varying.effect] * left:
@@ -190,22 +191,22 @@ def without_idle(
 def is_clear(
     varying: Cause,
     one: Cause | None,
-    constant: dict[str, float],
+    held: dict[str, float],
     causes: Sequence[Cause],
 ) -> bool:
     """Tell whether a profile is to be taken in before the best constant cause.
 
-    It must also beat the same effect held constant.
+    It must also beat the same effect held constant. All gains are by the same noise.
     """
     drifts = any(p.beside_drift for p in varying.profiles.values())
     enough = ENOUGH if drifts else PROFILE_ENOUGH
-    held = constant.get(varying.effect, 0.0) + enough / 2
-    needed = max(enough, needed_gain(causes, varying.shares), held)
+    same = held.get(varying.effect, 0.0) + enough / 2
+    needed = max(enough, needed_gain(causes, varying.shares), same)
     if varying.gain <= needed:
         return False
     if one is None:
         return True
-    rival = one.gain * overlap(one.shares, varying.shares)
+    rival = held.get(one.effect, one.gain) * overlap(one.shares, varying.shares)
     return varying.gain > rival + enough / 2
 
 

@@ -167,6 +167,8 @@ def fit_whitener(
         memory, sigma = fit_memory(z[valid], features, memory)
     unit = float(np.sqrt(share[0])) or 1.0
     size = max(sigma * unit, least)
+    if size == least:  # how a model errs that is as exact as this, nobody knows
+        memory = np.zeros_like(memory)
     if edges == [0]:
         return drifting(raw, scale / unit * size, valid)
     return Whitener(scale / unit, memory, edges, size, valid)

@@ -9,11 +9,14 @@ from math import exp, inf
 from rcc_sim.definitions.figure import Z_90
 from rcc_sim.diagnose.compete import ENOUGH, Cause, Explanation
 from rcc_sim.diagnose.engine import Fit
-from rcc_sim.diagnose.remainder import Remainder
+from rcc_sim.diagnose.remainder import UNKNOWN_ENOUGH, Remainder
 from rcc_sim.diagnose.screen import TICK
 
 WITHDRAWN = 0.4
 """Share of a cause's nats that a remainder may have before the cause is withdrawn."""
+
+LOUD = 1.5 * UNKNOWN_ENOUGH
+"""Nats below which a remainder makes a cause doubtful and does not withdraw it."""
 
 SOFT = 4.0
 """Nats by which odds grow by e: model error blunts a likelihood by about so much."""
@@ -58,7 +61,7 @@ def standing(found: Explanation, left: Remainder) -> list[Cause]:
     return [
         c
         for c in found.causes
-        if left.against(c.effect, c.shares) <= WITHDRAWN * c.gain
+        if left.against(c.effect, c.shares) <= max(WITHDRAWN * c.gain, LOUD)
     ]
 
 

@@ -96,7 +96,8 @@ def _mended(diagnosis: Mapping[str, Any]) -> str:
     """Return the energy gap, and what is left of it once the causes are in."""
     energy = diagnosis.get("where", {}).get("energy") or {}
     shrink = diagnosis.get("shrink") or {}
-    gap, after = energy.get("gap_percent"), shrink.get("energy_gap_percent_after")
+    gap = shrink.get("energy_gap_percent_before", energy.get("gap_percent"))
+    after = shrink.get("energy_gap_percent_after")
     if gap is None:
         return ""
     more = "more" if gap >= 0 else "less"

@@ -35,7 +35,7 @@ Measured = tuple[Array, Array, Array, Array, Array]
 STEP = 0.01
 """Longest time step of an imposed run. [s]"""
 
-COARSE = (0.005, 0.05)
+COARSE = (0.005, 0.02)
 """Longest time steps of a commanded and of an imposed run that need only be near. [s]
 
 Enough for what a change of a figure does, the error being much the same without it.
