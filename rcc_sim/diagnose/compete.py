@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -15,6 +15,7 @@ from rcc_sim.diagnose.profile import Probe, Profile, overlap, probe_size, shares
 from rcc_sim.diagnose.refine import (
     LESS_LIKELY,
     TIED,
+    TOO_FAR,
     Refined,
     likely,
     refine,
@@ -260,6 +261,8 @@ def profile_cause(engine: Engine, fit: Fit, named: set[str]) -> Cause | None:
             x = problem.distance if along == "distance_m" else problem.log["time_s"]
             tried = [probe.profile(i, along, x, n) for n in WINDOW_COUNTS]
             found[i] = max(tried, key=lambda p: p.evidence)
+        if is_stated(engine, key, found.values()):
+            continue
         gain = sum(p.evidence for p in found.values())
         if best is None or gain > best.gain:
             rival = best.gain if best else 0.0
@@ -267,6 +270,13 @@ def profile_cause(engine: Engine, fit: Fit, named: set[str]) -> Cause | None:
         elif best:
             best = replace(best, rival=max(best.rival, gain))
     return best
+
+
+def is_stated(engine: Engine, key: str, profiles: Iterable[Profile]) -> bool:
+    """Tell whether profiles stay within what the file's sd of their figure allows."""
+    figure = engine.problems[0].vehicle.figures().get(key)
+    size = np.sqrt(np.mean(np.concatenate([p.value for p in profiles]) ** 2))
+    return figure is not None and bool(size < TOO_FAR * figure.sd)
 
 
 def with_profile(engine: Engine, fit: Fit, cause: Cause) -> tuple[Engine, Fit, Cause]:
