@@ -22,7 +22,7 @@ from rcc_sim.diagnose.compete import Cause, Explanation, compete
 from rcc_sim.diagnose.engine import Engine, Fit
 from rcc_sim.diagnose.experiment import Experiment, next_experiments
 from rcc_sim.diagnose.hold_out import Shrink, halves, hold_out, shrink_of
-from rcc_sim.diagnose.knobs import BIAS, RADIUS, figures_of
+from rcc_sim.diagnose.knobs import BIAS, RADIUS, Knob, figures_of
 from rcc_sim.diagnose.prices import Prices, prices
 from rcc_sim.diagnose.problem import Problem, by_charge
 from rcc_sim.diagnose.remainder import Remainder, remainder
@@ -156,10 +156,7 @@ class Diagnosis:
             sd = min(self.fit.sd(knob.key) * INTERVAL, knob.sd)
             if sd > MOVED * knob.sd:
                 continue
-            value = self.fit.values[knob.key]
-            out[knob.key] = Figure(
-                value, sd, value - Z_90 * sd, value + Z_90 * sd, self.source
-            )
+            out[knob.key] = self._figure(knob, sd)
         return out
 
     def _radius(self) -> dict[str, dict[str, Figure]]:
@@ -169,9 +166,13 @@ class Diagnosis:
         sd = min(self.fit.sd(RADIUS) * INTERVAL, knob.sd)
         if sd > MOVED * knob.sd:
             return {}
-        value = self.fit.values[RADIUS]
-        figure = Figure(value, sd, value - Z_90 * sd, value + Z_90 * sd, self.source)
-        return {"wheel_radius": {"scale": figure}}
+        return {"wheel_radius": {"scale": self._figure(knob, sd)}}
+
+    def _figure(self, knob: Knob, sd: float) -> Figure:
+        """Return a figure that the logs moved; its interval ends where it must."""
+        value = self.fit.values[knob.key]
+        low, high = max(value - Z_90 * sd, knob.low), min(value + Z_90 * sd, knob.high)
+        return Figure(value, sd, low, high, self.source)
 
     @property
     def source(self) -> str:
