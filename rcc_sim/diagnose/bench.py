@@ -54,6 +54,10 @@ FIRST = f"{BIAS}0."
 """Key of an offset in the first log."""
 
 
+SURE = 10.0
+"""Nats at which a pair is settled: odds of twenty thousand to one."""
+
+
 @dataclass(frozen=True)
 class Pair:
     """Nats by which a run is expected to tell two effects apart, whichever is true."""
@@ -69,6 +73,11 @@ class Nats:
 
     least: float
     pairs: tuple[Pair, ...]
+
+    @property
+    def worth(self) -> float:
+        """Nats of all pairs; those of one count no further than it is settled by."""
+        return sum(min(p.nats, SURE) for p in self.pairs)
 
 
 @dataclass(frozen=True)
@@ -91,9 +100,12 @@ class Driven:
 
     @property
     def most(self) -> float:
-        """Nats that the hardest pair cannot exceed, as if no figure gave way."""
-        least = min(float(d @ d) for d in self.apart.values())
-        return 0.5 * CURVATURE * self.run.times * least
+        """What the run's worth cannot exceed, as if no figure gave way."""
+        each: dict[frozenset[str], float] = {}
+        for pair, d in self.apart.items():
+            nats = 0.5 * CURVATURE * self.run.times * float(d @ d)
+            each[frozenset(pair)] = min(nats, each.get(frozenset(pair), SURE))
+        return sum(each.values())
 
 
 class Bench:

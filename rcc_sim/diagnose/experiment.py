@@ -128,21 +128,25 @@ def neutral_of(key: str) -> float:
 def best_of(
     bench: Bench, tied: Mapping[str, Fit], names: tuple[str, ...]
 ) -> list[Experiment]:
-    """Return the runs that tell a tie apart, by the nats of the hardest pair.
+    """Return the runs that tell most of a tie apart; the best even if it tells little.
 
-    The best one even if it tells little.
+    Two that do the same in every run do not hide what tells the others.
     """
     driven = [d for d in bench.engine.pool.map(bench.drive(tied), bench.runs) if d]
     driven.sort(key=lambda d: -d.most)
     found: list[Experiment] = []
     for one in driven:
-        if len(found) >= SHOWN and one.most <= found[SHOWN - 1].expected_nats.least:
+        if len(found) >= SHOWN and one.most <= found[SHOWN - 1].expected_nats.worth:
             break
         nats, run = bench.nats(one, tied), one.run
-        found.append(Experiment(run.words, names, nats, run.seconds, run))
-        found.sort(key=lambda e: (-e.expected_nats.least, e.time_s))
-    return [e for k, e in enumerate(found) if not k or e.expected_nats.least > ENOUGH][
-        :SHOWN
+        told = {e for p in nats.pairs if p.nats > ENOUGH for e in (p.a, p.b)}
+        apart = tuple(n for n in names if n in told) or names
+        found.append(Experiment(run.words, apart, nats, run.seconds, run))
+        found.sort(key=lambda e: (-round(e.expected_nats.worth, 1), e.time_s))
+    return [
+        e
+        for k, e in enumerate(found[:SHOWN])
+        if not k or any(p.nats > ENOUGH for p in e.expected_nats.pairs)
     ]
 
 

@@ -89,8 +89,11 @@ def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
             ),
         )
     for run in found.experiments[:2]:
-        nats = run.expected_nats.least
-        yield "NEXT", f"{run.do}, {run.time_s:.0f} s: {nats:.0f} nats"
+        each = [p.nats for p in run.expected_nats.pairs] or [run.expected_nats.least]
+        nats = (
+            f"{min(each):.0f} to {max(each):.0f}" if len(each) > 1 else f"{each[0]:.0f}"
+        )
+        yield "NEXT", f"{run.do}, {run.time_s:.0f} s: {nats} nats"
 
 
 def _gap(found: Diagnosis) -> Iterator[tuple[str, str]]:
