@@ -96,12 +96,12 @@ def test_a_run_tells_a_hypothesis_and_itself_apart_by_nothing(heavy):
 def test_the_best_runs_come_first_and_none_left_out_would_tell_more(heavy):
     bench, tied = heavy
     best = best_of(bench, tied, tuple(tied))
-    least = [e.expected_nats.least for e in best]
-    assert least == sorted(least, reverse=True)
+    worth = [round(e.expected_nats.worth, 1) for e in best]
+    assert worth == sorted(worth, reverse=True)
     left = [r for r in bench.runs if r.words not in {e.do for e in best}]
     for run in left[:4]:
         driven = bench.drive(tied)(run)
-        assert driven is None or bench.nats(driven, tied).least <= least[-1] + 1e-6
+        assert driven is None or bench.nats(driven, tied).worth <= worth[-1] + 0.1
     document = best[0].document()
     assert document["separates"] == ["payload", "rotor_inertia"]
     assert document["expected_nats"]["least"] == least[0]
