@@ -13,8 +13,6 @@ from rcc_sim.diagnose.engine import Engine, Fit
 from rcc_sim.diagnose.knobs import nuisance_knobs
 from rcc_sim.diagnose.profile import Probe, Profile, overlap, probe_size, shares
 from rcc_sim.diagnose.refine import (
-    LESS_LIKELY,
-    TIED,
     TOO_FAR,
     Refined,
     likely,
@@ -87,7 +85,7 @@ class Cause:
     effect: str
     keys: tuple[str, ...]
     gain: float
-    rival: float
+    rival: float = 0.0
     tied: tuple[str, ...] = ()
     profiles: dict[int, Profile] = field(default_factory=dict)
     sharpened: float = 1.0
@@ -134,19 +132,18 @@ def compete(
         taken = {c.effect for c in causes}
         free = [c for c in candidates if c.effect not in taken]
         found = screened(engine, current, free)
-        if not ranking:
-            ranking = {r.candidate.effect: r.gain for r, _ in reversed(found)}
+        constant = {r.candidate.effect: r.gain for r, _ in reversed(found)}
+        ranking = ranking or dict(constant)
         told(f"refining cause {turn + 1}")
         refined = refine(engine, current, likely(found, ENOUGH))
         if not causes:
             ranking |= {r.screened.candidate.effect: r.gain for r in refined}
         best = next((r for r in refined if r.reaches(ENOUGH)), None)
-        one = cause_of(best, refined) if best else None
+        one = cause_of(best) if best else None
         named = {c.effect for c in candidates} - {
             c.effect for c in causes if c.profiles
         }
         varying = profile_cause(engine, current, named)
-        constant = {r.candidate.effect: r.gain for r, _ in reversed(found)}
         held = constant | {r.screened.candidate.effect: r.before for r in refined}
         if varying and is_clear(varying, one, held, causes):
             ranking[varying.effect] = max(ranking.get(varying.effect, 0), varying.gain)
@@ -222,30 +219,17 @@ def needed_gain(causes: Sequence[Cause], where: Array) -> float:
     return max([ENOUGH, *misfits])
 
 
-def cause_of(best: Refined, refined: Sequence[Refined]) -> Cause:
-    """Return the winner as a cause, with those that are tied with it."""
-    others = [r for r in refined if r is not best]
-    name = best.screened.candidate.effect
-    slack = LESS_LIKELY.get
-    tied = [
-        r
-        for r in others
-        if best.after - r.after
-        < TIED + slack(r.screened.candidate.effect, 0.0) + 0.001 * best.after
-    ]
-    rival = max((r.after for r in others if r not in tied), default=0.0)
+def cause_of(best: Refined) -> Cause:
+    """Return the winner as a cause; what ties with it is told once all are known."""
     keys = [k.key for k in best.fit.knobs]
     own = [best.fit.signals[keys.index(k)] for k in best.screened.values if k in keys]
     signal = [sum(parts[1:], parts[0]) for parts in zip(*own, strict=True)]
-    where = shares(signal or best.fit.residuals, best.fit.noise)
     return Cause(
-        name,
+        best.screened.candidate.effect,
         tuple(best.screened.values),
         best.gain,
-        best.gain - (best.after - rival),
-        tuple(r.screened.candidate.effect for r in tied),
         sharpened=max(best.after / best.gain, 1.0) if best.gain > 0 else 1.0,
-        shares=where,
+        shares=shares(signal or best.fit.residuals, best.fit.noise),
     )
 
 
@@ -258,7 +242,7 @@ def profile_cause(engine: Engine, fit: Fit, named: set[str]) -> Cause | None:
         found: dict[int, Profile] = {}
         probe = Probe(engine, fit, key, probe_size(engine, key))
         for i, problem in enumerate(engine.problems):
-            x = problem.distance if along == "distance_m" else problem.log["time_s"]
+            x = problem.coordinate(along)
             tried = [probe.profile(i, along, x, n) for n in WINDOW_COUNTS]
             found[i] = max(tried, key=lambda p: p.evidence)
         if is_stated(engine, key, found.values()):
@@ -286,7 +270,7 @@ def with_profile(engine: Engine, fit: Fit, cause: Cause) -> tuple[Engine, Fit, C
     problems, profiles = list(engine.problems), {}
     for i, found in cause.profiles.items():
         p = problems[i]
-        x = p.distance if along == "distance_m" else p.log["time_s"]
+        x = p.coordinate(along)
         profile = profiles[i] = probe.sharper(found, i, x)
         if along == "distance_m":
             problems[i] = p.on_road(profile.knots, profile.value)

@@ -52,7 +52,7 @@ def write_profiles(found: Diagnosis, file: IO[bytes]) -> None:
         profile = a.cause.profiles.get(0)
         if profile is None:
             continue
-        x = problem.distance if profile.along == "distance_m" else time
+        x = problem.coordinate(profile.along)
         key = a.cause.keys[0]
         base = found.fit.values.get(key, 0.0)
         if base == 0.0 and key in found.vehicle.figures():

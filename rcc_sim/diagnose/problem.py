@@ -137,6 +137,12 @@ class Problem:
         speed = self._speed
         return speed if self.charge is None else self.charge.means(speed)
 
+    def coordinate(self, name: str) -> Array:
+        """Return what a profile may run along: distance, speed, a column of the log."""
+        if name == "distance_m":
+            return self.distance
+        return self.speed if name == "speed_mps" else np.nan_to_num(self.log[name])
+
     @cached_property
     def distance(self) -> Array:
         """Distance from the start of the log. [m]"""

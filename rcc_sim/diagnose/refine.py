@@ -27,7 +27,8 @@ HOPELESS = 0.3
 """Share of what is needed below which the best screened gain ends the search."""
 
 TIED = 3.0
-"""Nats below which two candidates cannot be told apart."""
+"""Nats below which two candidates cannot be told apart: odds of 20 to 1 (Jeffreys'
+"strong" begins there)."""
 
 LESS_LIKELY = {"iron_loss": 4.0}
 """Nats that an effect starts behind: one of two figures that do as another effect."""

@@ -133,12 +133,9 @@ def likeliest_of(
     best = Remainder(0.0, name, "", [], shares=probe.shares)
     for i, problem in enumerate(probe.engine.problems):
         for along, counts in follows.items():
-            if along == "speed_mps":
-                x = problem.speed
-            elif along in problem.log:
-                x = np.nan_to_num(problem.log[along])
-            else:
+            if along != "speed_mps" and along not in problem.log:
                 continue
+            x = problem.coordinate(along)
             most = max(counts)
             if along == "time_s":  # no finer than the noise remembers
                 most = max(int((x[-1] - x[0]) / MEMORY) + 1, counts[0])

@@ -147,26 +147,18 @@ class Diagnosis:
 
     def figures(self) -> dict[str, Figure]:
         """Stated figures that the logs moved within their sds, with intervals."""
+        stated = self.vehicle.figures()
+        return {key: figure for key, figure in self._moved().items() if key in stated}
+
+    def _moved(self) -> dict[str, Figure]:
+        """Tolerances of which the logs tell more than the file, by key."""
         out = {}
         for knob in self.fit.knobs:
-            if not knob.sd < inf or knob.key.startswith(BIAS):
-                continue
-            if knob.key not in self.vehicle.figures():
-                continue
-            sd = min(self.fit.sd(knob.key) * INTERVAL, knob.sd)
-            if sd > MOVED * knob.sd:
-                continue
-            out[knob.key] = self._figure(knob, sd)
+            if knob.sd < inf and not knob.key.startswith(BIAS):
+                sd = min(self.fit.sd(knob.key) * INTERVAL, knob.sd)
+                if sd <= MOVED * knob.sd:
+                    out[knob.key] = self._figure(knob, sd)
         return out
-
-    def _radius(self) -> dict[str, dict[str, Figure]]:
-        knob = next((k for k in self.fit.knobs if k.key == RADIUS), None)
-        if knob is None or not knob.sd < inf:
-            return {}
-        sd = min(self.fit.sd(RADIUS) * INTERVAL, knob.sd)
-        if sd > MOVED * knob.sd:
-            return {}
-        return {"wheel_radius": {"scale": self._figure(knob, sd)}}
 
     def _figure(self, knob: Knob, sd: float) -> Figure:
         """Return a figure that the logs moved; its interval ends where it must."""
@@ -185,7 +177,8 @@ class Diagnosis:
         A tyre radius that moved within its sd is written as ``wheel_radius``, because
         logs hold speeds by the radius that the file states.
         """
-        found = self._radius()
+        radius = self._moved().get(RADIUS)
+        found = {"wheel_radius": {"scale": radius}} if radius else {}
         return found | {
             a.cause.effect: {
                 k: Figure(e.value, e.sd, e.low, e.high, self.source)

@@ -33,15 +33,10 @@ from rcc_sim.diagnose.compete import Cause
 from rcc_sim.diagnose.engine import MEMORY, Engine, Fit
 from rcc_sim.diagnose.knobs import nuisance_knobs
 from rcc_sim.diagnose.noise import FREEDOM, weights
-from rcc_sim.diagnose.refine import LESS_LIKELY, with_effect
+from rcc_sim.diagnose.refine import LESS_LIKELY, TIED, with_effect
 from rcc_sim.diagnose.screen import Screen, Screened
-from rcc_sim.errors import InputError
 
 Array = NDArray[np.float64]
-
-SAME = 3.0
-"""Nats below which two hypotheses predict the same log: odds of 20 to 1 (Jeffreys'
-"strong" begins there)."""
 
 NEAR = 0.3
 """Share of a cause's nats that another must have gained beside it to be tried; once
@@ -92,7 +87,7 @@ class Rival:
     @property
     def is_tied(self) -> bool:
         """Whether these logs cannot tell it from the cause."""
-        return self.apart < SAME or self.behind < max(SAME, Z_90 * self.scatter)
+        return self.apart < TIED or self.behind < max(TIED, Z_90 * self.scatter)
 
 
 @dataclass(frozen=True)
@@ -158,7 +153,7 @@ def better(cause: Cause, rivals: Sequence[Rival]) -> Rival | None:
     What does better by more than what two alike may differ; or what is plainer, where
     the cause is one of two figures that do as others do and the logs cannot tell.
     """
-    if rivals and rivals[0].behind < -SAME:
+    if rivals and rivals[0].behind < -TIED:
         return rivals[0]
     if cause.effect not in LESS_LIKELY:
         return None
@@ -204,7 +199,7 @@ def rivals_of(
     """
     base = without(engine, fit, keys)
     screen = Screen(engine, base)
-    own, _ = promise(screen, {k: fit.values[k] for k in keys})
+    own = promise(screen, {k: fit.values[k] for k in keys})
 
     tried = engine.pool.map(screen.best, candidates)
     screened = [s for s in tried if s.gain > ALIKE * own]
@@ -251,14 +246,11 @@ def without(engine: Engine, fit: Fit, keys: Sequence[str]) -> Fit:
     return replace(base, signals=[j for j, _ in kept])
 
 
-def promise(screen: Screen, values: dict[str, float]) -> tuple[float, float]:
-    """Nats that a change would gain if its signal only grew, and by what factor."""
-    try:
-        d = screen.signal(values)
-    except InputError:  # a strength that no such vehicle can have
-        return 0.0, 0.0
-    size, along = float(d @ d), -float(screen.left @ d)
-    return (0.5 * along**2 / size, along / size) if size > 0 else (0.0, 0.0)
+def promise(screen: Screen, values: dict[str, float]) -> float:
+    """Nats that a change would gain if its signal only grew."""
+    d = screen.signal(values)
+    size = float(d @ d)
+    return 0.5 * float(screen.left @ d) ** 2 / size if size > 0 else 0.0
 
 
 def apart(engine: Engine, true: Fit, other: Fit) -> float:
