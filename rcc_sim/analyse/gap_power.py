@@ -30,6 +30,14 @@ POWERS = ("battery_power_w", "motor_torque_nm", "motor_speed_radps")
 """Columns from which a simulated power follows."""
 
 
+def measured_power(log: Trace, vehicle: Vehicle) -> tuple[str, Array | None]:
+    """Return where a log measured the power, battery or else shaft, and it. [W]"""
+    power = logged_power(log)
+    if power is not None:
+        return "battery", power
+    return "shaft", shaft_power(log.columns, vehicle)
+
+
 def power_of(at: str, columns: Mapping[str, Array]) -> Array:
     """Return the simulated power at the battery or at the shaft. [W]"""
     if at == "battery":
@@ -58,9 +66,7 @@ def energy_gap(
     power is None where neither battery nor shaft was logged.
     """
     none = EnergyGap("", None, None)
-    at, measured = "battery", logged_power(log)
-    if measured is None:
-        at, measured = "shaft", shaft_power(log.columns, vehicle)
+    at, measured = measured_power(log, vehicle)
     if measured is None:
         return none, None, np.zeros(len(log)), moved
     model = power_of(at, simulated)

@@ -11,7 +11,14 @@ from numpy.typing import NDArray
 from rcc_sim.diagnose.candidates import Candidate
 from rcc_sim.diagnose.engine import Engine, Fit
 from rcc_sim.diagnose.knobs import nuisance_knobs
-from rcc_sim.diagnose.profile import Probe, Profile, overlap, probe_size, shares
+from rcc_sim.diagnose.profile import (
+    Probe,
+    Profile,
+    acted_on,
+    overlap,
+    probe_size,
+    shares,
+)
 from rcc_sim.diagnose.refine import (
     TOO_FAR,
     Refined,
@@ -270,12 +277,8 @@ def with_profile(engine: Engine, fit: Fit, cause: Cause) -> tuple[Engine, Fit, C
     problems, profiles = list(engine.problems), {}
     for i, found in cause.profiles.items():
         p = problems[i]
-        x = p.coordinate(along)
-        profile = profiles[i] = probe.sharper(found, i, x)
-        if along == "distance_m":
-            problems[i] = p.on_road(profile.knots, profile.value)
-        else:
-            problems[i] = p.with_load(profile.at(x))
+        profiles[i] = probe.sharper(found, i, p.coordinate(along))
+        problems[i] = acted_on(p, profiles[i])
     moved = Engine(problems)
     cause = replace(cause, profiles=profiles)
     return moved, moved.fit(fit.values, fit.knobs), cause

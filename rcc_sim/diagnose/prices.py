@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.analyse.gap_energy import logged_power, row_weights, shaft_power
+from rcc_sim.analyse.gap_energy import row_weights
+from rcc_sim.analyse.gap_power import measured_power, power_of
 from rcc_sim.analyse.gap_stages import untorqued
 from rcc_sim.diagnose.knobs import figures_of
+from rcc_sim.diagnose.profile import acted_on
 from rcc_sim.simulate.replay import replay
 from rcc_sim.units import J_PER_WH
 
@@ -68,7 +70,7 @@ def prices(
     Prices or None
         None where the log holds no energy.
     """
-    measured, column = _measured(plain)
+    at, measured = measured_power(plain.log, plain.vehicle)
     if measured is None:
         return None
     if plain.drive.imposed:
@@ -79,7 +81,7 @@ def prices(
         acting = [known[p] for p in parts if p != FIGURES]
         figures = _figures(values, causes, acting, moved=FIGURES in parts)
         vehicle = plain.vehicle.changed(settings=figures) if figures else plain.vehicle
-        return column(replay(vehicle, with_profiles(plain, acting).drive))
+        return power_of(at, replay(vehicle, with_profiles(plain, acting).drive))
 
     base = power(())
     ok = np.isfinite(measured) & np.isfinite(base)
@@ -102,22 +104,8 @@ def with_profiles(plain: Problem, causes: Sequence[Cause]) -> Problem:
     """Return the first log's problem with the profiles of some causes on it."""
     found = plain
     for profile in (c.profiles[0] for c in causes if 0 in c.profiles):
-        if profile.along == "distance_m":
-            found = found.on_road(profile.knots, profile.value)
-        else:
-            found = found.with_load(profile.at(found.log["time_s"]))
+        found = acted_on(found, profile)
     return found
-
-
-def _measured(
-    plain: Problem,
-) -> tuple[Array | None, Callable[[Mapping[str, Array]], Array]]:
-    """Return the measured power [W], and how to get the same of a simulated drive."""
-    at_battery = logged_power(plain.log)
-    if at_battery is not None:
-        return at_battery, lambda columns: columns["battery_power_w"]
-    at_shaft = shaft_power(plain.log.columns, plain.vehicle)
-    return at_shaft, lambda c: c["motor_torque_nm"] * c["motor_speed_radps"]
 
 
 def _figures(

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from rcc_sim.diagnose.engine import Engine, Fit
 from rcc_sim.diagnose.noise import Whitener, log_likelihood, weights
+from rcc_sim.diagnose.problem import Problem
 from rcc_sim.units import unit_of
 
 Array = NDArray[np.float64]
@@ -263,6 +264,13 @@ def likeliest(M: Array, b: Array) -> tuple[float, Array, Array]:
             sd = np.sqrt((inverse**2).sum(0))
             best = (value, inverse.T @ y, sd)
     return best
+
+
+def acted_on(problem: Problem, profile: Profile) -> Problem:
+    """The same drive with a profile acting: on its road, or as a load on top."""
+    if profile.along == "distance_m":
+        return problem.on_road(profile.knots, profile.value)
+    return problem.with_load(profile.at(problem.coordinate(profile.along)))
 
 
 def probe_size(engine: Engine, key: str) -> float:
