@@ -21,10 +21,11 @@ from rcc_sim.analyse.logcheck.finding import (
     counted,
     runs,
 )
-from rcc_sim.analyse.stale import refreshed
+from rcc_sim.analyse.logcheck.one_clock import one_clock
+from rcc_sim.analyse.stale import between_updates, refreshed
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
-from rcc_sim.readers import Log, on_one_clock, read_log, with_vehicle
+from rcc_sim.readers import Log, read_log, with_vehicle
 from rcc_sim.simulate.smooth import sensor_noise
 from rcc_sim.trace import Trace
 
@@ -36,9 +37,6 @@ COMPARED = (
     *("battery_current_a", "battery_power_w"),
 )
 """Channels that a model predicts; a log without one tells nothing."""
-
-BLANK = 0.2
-"""Share of rows without a speed above which a log holds several clocks."""
 
 BACKWARD = 0.01
 """Speed as a share of the log's largest below which a vehicle reverses."""
@@ -96,7 +94,7 @@ def open_log(
     reading = read_log(source, reader=reader, columns=columns, stdin=stdin)
     reading = with_vehicle(reading, vehicle)
     reading = replace(reading, trace=steered(reading.trace, vehicle))
-    trace, notes = _one_clock(_without(reading.trace, hide))
+    trace, notes = one_clock(_without(reading.trace, hide))
     checked = check_log(trace, vehicle)
     _refuse_time(checked.findings, trace.name)
     kept = {
@@ -105,12 +103,13 @@ def open_log(
         if name not in checked.unusable
     }
     log, turned = _forward(Trace(kept, name=trace.name))
+    slow = [f.channel for f in checked.findings if f.kind == "slow_channel"]
+    log, held = between_updates(log, slow)
     log, renewed = refreshed(log)
     _refuse(log, checked.unusable)
     told = [f for f in checked.findings if not turned or f.kind != turned[0].kind]
-    return Logged(
-        log, (*file_findings(reading), *notes, *turned, *renewed, *told), reading
-    )
+    own = (*notes, *turned, *held, *renewed)
+    return Logged(log, (*file_findings(reading), *own, *told), reading)
 
 
 def steered(trace: Trace, vehicle: Vehicle) -> Trace:
@@ -143,25 +142,6 @@ def _without(trace: Trace, hide: Sequence[str]) -> Trace:
             raise InputError(f"{trace.name}: no column {name} to hide", f"has {there}")
     kept = {n: values for n, values in trace.columns.items() if n not in hide}
     return Trace(kept, name=trace.name)
-
-
-def _one_clock(trace: Trace) -> tuple[Trace, tuple[Finding, ...]]:
-    """Return rows at which the speed is known, where channels came at other rates."""
-    speed = trace.columns.get("speed_mps")
-    if speed is None or not np.isfinite(speed).any():
-        return trace, ()
-    known = float(np.isfinite(speed).mean())
-    others = [
-        float(np.isfinite(speed)[np.isfinite(values)].mean())
-        for name, values in trace.columns.items()
-        if name not in ("time_s", "speed_mps") and np.isfinite(values).any()
-    ]
-    if known > 1 - BLANK or min(others, default=1.0) > 1 - BLANK:
-        return trace, ()
-    what = f"{100 * (1 - known):.0f} % of the rows have no speed: several clocks"
-    action = "compared at the rows of speed_mps; others held or interpolated there"
-    found = Finding("clocks", "speed_mps", what, action=action)
-    return on_one_clock(trace), (found,)
 
 
 def _forward(trace: Trace) -> tuple[Trace, tuple[Finding, ...]]:

@@ -1,11 +1,13 @@
-"""A speed that came seldom and was held in between: known where it changes alone."""
+"""Channels that came seldom and were held in between: known where they change alone."""
 
 from __future__ import annotations
+
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.analyse.logcheck.finding import Finding, Mask
+from rcc_sim.analyse.logcheck.finding import MEASURED, Finding, Mask
 from rcc_sim.trace import Trace
 
 SHORTEST = 3
@@ -19,6 +21,58 @@ OFTEN = 0.1
 """Share of the moving rows that are held, below which a log stays as it is."""
 
 FEWEST = 20
+
+TOGETHER = 0.9
+"""Share of a channel's changes at the rows of a clock from which it goes by that clock.
+"""
+
+
+def between_updates(
+    trace: Trace, slow: Iterable[str]
+) -> tuple[Trace, tuple[Finding, ...]]:
+    """Return a log whose slow channels are blank where they only repeat a value.
+
+    Channels that one message brought change together, so that a value which came twice
+    counts twice where another channel of the message tells. Commands hold as they are.
+
+    Parameters
+    ----------
+    trace : Trace
+        A log.
+    slow : iterable of str
+        Channels that change every few rows only.
+    """
+    given = trace.columns
+    moves = {
+        name: np.concatenate([[True], np.diff(given[name]) != 0])
+        for name in MEASURED
+        if name in given and np.isfinite(given[name]).any()
+    }
+    seldom = [name for name in slow if name in moves]
+    columns = dict(given)
+    held: dict[str, float] = {}
+    for name, changes in moves.items():
+        clock = np.zeros(len(trace), dtype=bool)
+        for other in seldom:
+            if other == name or _share(changes, moves[other]) >= TOGETHER:
+                clock |= moves[other]
+        if clock.mean() <= 1 / SHORTEST and _share(changes, clock) >= TOGETHER:
+            columns[name] = np.where(clock | changes, given[name], np.nan)
+            held[name] = 1 / float(clock.mean())
+    if not held:
+        return trace, ()
+    found = Finding(
+        "held",
+        ", ".join(held),
+        f"came every {min(held.values()):.2g} rows or so, and hold in between",
+        action="taken as known where they came",
+    )
+    return Trace(columns, name=trace.name), (found,)
+
+
+def _share(changes: Mask, clock: Mask) -> float:
+    """Return how many of a channel's changes fall on the rows of a clock."""
+    return float(clock[changes].mean())
 
 
 def refreshed(trace: Trace) -> tuple[Trace, tuple[Finding, ...]]:

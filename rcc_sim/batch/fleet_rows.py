@@ -94,14 +94,15 @@ def check_row(log: str, options: Mapping[str, Any]) -> Row:
     log : str
         Path.
     options : mapping
-        ``vehicle``: name or path of a vehicle to judge by, or None.
+        ``vehicle``: name or path of a vehicle to judge by, or None. ``reader``,
+        ``map``: as `check` has them.
     """
     from rcc_sim.analyse.logcheck import check_reading, report
     from rcc_sim.readers import read_log
 
     name = options.get("vehicle")
     car = model(name) if name else None
-    reading = read_log(log)
+    reading = read_log(log, reader=options.get("reader"), columns=options.get("map"))
     checked = check_reading(reading, car)
     whole = report.document([checked])
     return {

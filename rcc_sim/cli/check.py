@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from rcc_sim.cli.batches import Dask, Jobs
 from rcc_sim.cli.complete import vehicle_names
 from rcc_sim.cli.fleets import Asked, By, Each, List, one_log, run_fleet
+from rcc_sim.cli.logs import Map, Reader
 from rcc_sim.cli.output import Csv, Json, Output, emit, say
 
 if TYPE_CHECKING:
@@ -43,6 +44,8 @@ def check(
             autocompletion=vehicle_names,
         ),
     ] = None,
+    reader: Reader = None,
+    map_: Map = None,
     strict: Annotated[
         bool, typer.Option("--strict", help="Exit 1 if a log is not sound.")
     ] = False,
@@ -73,12 +76,13 @@ def check(
         output, csv, json,
     )  # fmt: skip
     if asked.is_fleet:
-        _fleet(asked, vehicle, strict=strict)
+        options = {"vehicle": vehicle, "reader": reader, "map": map_}
+        _fleet(asked, options, strict=strict)
         return
     one_log(asked)
     if html is not None:
         raise InputError("--html: belongs to a fleet", "add --each")
-    checks = _checked(logs or [], vehicle)
+    checks = _checked(logs or [], vehicle, reader, map_)
     for checked in checks:
         say(report.verdict(checked))
     read = sys.stdout.isatty() and not (json or csv or output)
@@ -88,23 +92,27 @@ def check(
         _insist(checks)
 
 
-def _fleet(asked: Asked, vehicle: str | None, *, strict: bool) -> None:
+def _fleet(asked: Asked, options: dict[str, Any], *, strict: bool) -> None:
     from rcc_sim.batch.fleet_rows import CHECK, check_row
     from rcc_sim.errors import CheckFailed
 
-    found = run_fleet(asked, "check", check_row, CHECK, {"vehicle": vehicle})
+    found = run_fleet(asked, "check", check_row, CHECK, options)
     bad = found["logs"] - found["sound"]
     if strict and bad:
         raise CheckFailed(f"not sound: {bad:,} of {found['logs']:,} logs")
 
 
-def _checked(logs: list[str], vehicle: str | None) -> list[Checked]:
+def _checked(
+    logs: list[str], vehicle: str | None, reader: str | None, map_: str | None
+) -> list[Checked]:
     from rcc_sim.analyse.logcheck import check_reading
     from rcc_sim.definitions.vehicle import load_vehicle
     from rcc_sim.readers import read_log
 
     judge = load_vehicle(vehicle) if vehicle else None
-    return [check_reading(read_log(log), judge) for log in logs]
+    return [
+        check_reading(read_log(log, reader=reader, columns=map_), judge) for log in logs
+    ]
 
 
 def _insist(checks: list[Checked]) -> None:

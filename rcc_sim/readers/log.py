@@ -23,6 +23,10 @@ HELD = (
 """Commands: each holds until the next one."""
 
 
+GAP = 5.0
+"""Usual steps, of the slower clock, beyond which a channel is not interpolated."""
+
+
 class Mapped(NamedTuple):
     """One column of the trace, and where it came from.
 
@@ -159,7 +163,8 @@ def on_one_clock(trace: Trace, column: str = "speed_mps") -> Trace:
 
     For a trace whose channels were logged at different rates. Commands hold until the
     next one; what was measured is interpolated linearly between its neighbours. Before
-    a channel's first value and, if it was measured, after its last, it stays blank.
+    a channel's first value and, if it was measured, after its last and where some of
+    its rows were lost, it stays blank.
 
     Parameters
     ----------
@@ -183,15 +188,25 @@ def on_one_clock(trace: Trace, column: str = "speed_mps") -> Trace:
         there = np.isfinite(values) & np.isfinite(time)
         stamps, first = np.unique(time[there], return_index=True)
         known = values[there][first]
-        columns[name] = np.full(len(at), np.nan)
-        if len(stamps) == 0:
-            continue
+        before = np.searchsorted(stamps, at, side="right") - 1
         if name in HELD:
-            before = np.searchsorted(stamps, at, side="right") - 1
             columns[name] = np.where(before >= 0, known[before], np.nan)
-        else:
-            columns[name] = np.interp(at, stamps, known, left=np.nan, right=np.nan)
+            continue
+        smooth = np.unwrap(known) if name == "yaw_rad" else known
+        found = np.interp(at, stamps, smooth, left=np.nan, right=np.nan)
+        found -= (smooth - known)[before]  # whole turns
+        columns[name] = np.where(_in_a_gap(at, stamps), np.nan, found)
     return Trace(columns, name=trace.name)
+
+
+def _in_a_gap(at: Array, stamps: Array) -> NDArray[np.bool_]:
+    """Tell which times lie between two stamps that are too far apart to join."""
+    steps = np.diff(stamps)
+    if len(steps) == 0 or len(at) < 2:
+        return np.zeros(len(at), dtype=bool)
+    widest = GAP * max(float(np.median(steps)), float(np.median(np.diff(at))))
+    after = np.clip(np.searchsorted(stamps, at), 1, len(steps))
+    return np.asarray((steps[after - 1] > widest) & (stamps[after] != at))
 
 
 def _repeats(time: Array) -> Array:

@@ -5,7 +5,7 @@ import pytest
 
 from rcc_sim.analyse.charge import STEPS, battery_energy, charge_of
 from rcc_sim.analyse.logged import steered
-from rcc_sim.analyse.stale import held_rows, refreshed
+from rcc_sim.analyse.stale import between_updates, held_rows, refreshed
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.errors import InputError
 from rcc_sim.trace import Trace
@@ -84,6 +84,32 @@ def test_a_speed_that_was_held_is_left_out_where_it_repeats():
     log, (found,) = refreshed(seen)
     assert np.array_equal(np.isfinite(log["speed_mps"]), fresh)
     assert found.kind == "held"
+
+
+def test_channels_of_one_slow_message_are_known_where_it_came():
+    rng = np.random.default_rng(4)
+    came = np.arange(0, 2000, 10)
+    last = np.repeat(came, 10)
+    message = {
+        "yaw_rate_radps": rng.normal(size=2000),
+        "accel_x_mps2": rng.normal(size=2000),
+    }
+    coarse = np.round(wandering(rng, 2000), 1)
+    columns = {name: values[last] for name, values in message.items()}
+    columns |= {"time_s": np.arange(2000) / 100, "speed_mps": coarse[last]}
+    columns |= {"battery_voltage_v": rng.normal(8, 0.1, 2000), "throttle": coarse[last]}
+    log, (found,) = between_updates(Trace(columns, name="slow"), message)
+    for name in (*message, "speed_mps"):  # also where the speed came twice the same
+        assert np.array_equal(np.flatnonzero(np.isfinite(log[name])), came)
+    assert np.isfinite(log["battery_voltage_v"]).all()
+    assert np.array_equal(log["throttle"], columns["throttle"])
+    assert found.kind == "held"
+
+
+def test_a_log_without_slow_channels_is_returned_as_it_is():
+    rng = np.random.default_rng(5)
+    log = Trace({"time_s": np.arange(600.0), "speed_mps": wandering(rng)}, name="live")
+    assert between_updates(log, ()) == (log, ())
 
 
 def test_a_speed_that_is_constant_or_coarse_stays():

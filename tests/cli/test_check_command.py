@@ -144,3 +144,34 @@ def test_the_jetracer_has_dead_battery_sensors_and_a_biased_accelerometer(tmp_pa
     (bias,) = [f for f in said["findings"] if f["kind"] == "bias"]
     assert bias["channel"] == "accel_x_mps2"
     assert -0.52 <= float(bias["what"].split()[1]) <= -0.3  # SOURCES.md
+
+
+def test_a_column_map_is_taken_as_gap_takes_it(log, tmp_path):
+    table = pd.read_csv(log).rename(columns={"speed_mps": "pace"})
+    table["pace"] *= 3.6
+    odd = tmp_path / "odd.csv"
+    table.to_csv(odd, index=False)
+    columns = tmp_path / "map.toml"
+    columns.write_text(
+        '[columns]\ntime_s = "time_s"\naccel_x_mps2 = "accel_x_mps2"\n'
+        'speed_mps = { from = "pace", unit = "km/h" }\n'
+    )
+    done = rccsim("check", odd, "--map", columns, "--reader", "csv", "--json")
+    assert done.returncode == 0, done.stderr
+    said = json.loads(done.stdout)
+    assert said["sound"] is True
+    assert "speed_mps" in said["channels"]
+
+
+def test_channels_of_several_rates_are_not_lost_rows(log, tmp_path):
+    table = pd.read_csv(log)
+    rng = np.random.default_rng(1)
+    fast = pd.DataFrame({"time_s": table["time_s"] + 0.007})
+    fast["battery_voltage_v"] = rng.normal(8.0, 0.02, len(fast))
+    both = tmp_path / "both.csv"
+    pd.concat([table[::7], fast]).sort_values("time_s").to_csv(both, index=False)
+    said = json.loads(rccsim("check", both, "--json").stdout)
+    kinds = {finding["kind"] for finding in said["findings"]}
+    assert "clocks" in kinds
+    assert not kinds & {"lost_rows", "gap"}
+    assert said["rate_hz"] == pytest.approx(50 / 7, rel=0.01)

@@ -356,3 +356,23 @@ def test_on_one_clock_holds_commands_and_interpolates_what_was_measured():
     np.testing.assert_array_equal(one["time_s"], [1, 3, 4])
     np.testing.assert_array_equal(one["throttle"], [0.5, 0.7, 0.7])
     np.testing.assert_array_equal(one["yaw_rate_radps"], [1, nan, nan])
+
+
+def test_on_one_clock_leaves_a_gap_blank_and_turns_the_short_way():
+    time = np.arange(0.0, 10.0, 0.05)
+    heading = (2 * time + np.pi) % (2 * np.pi) - np.pi
+    pose = (np.arange(len(time)) % 2 == 0) & ~((time > 4) & (time < 6))
+    trace = Trace(
+        {
+            "time_s": time,
+            "speed_mps": np.ones(len(time)),
+            "yaw_rad": np.where(pose, heading, np.nan),
+        }
+    )
+    one = on_one_clock(trace)
+    in_gap = (time > 4.01) & (time < 5.99)
+    assert np.isnan(one["yaw_rad"][in_gap]).all()
+    there = ~in_gap & (time <= time[pose][-1])
+    off = np.angle(np.exp(1j * (one["yaw_rad"] - heading)))[there]
+    np.testing.assert_allclose(off, 0, atol=1e-9)
+    np.testing.assert_array_equal(one["yaw_rad"][pose], heading[pose])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from rcc_sim.analyse.logcheck.check import check_log
 from rcc_sim.analyse.logcheck.finding import ORDER, Checked, Finding
+from rcc_sim.analyse.logcheck.one_clock import one_clock
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.readers import Log
 
@@ -23,9 +24,10 @@ def check_reading(reading: Log, vehicle: Vehicle | None = None) -> Checked:
     InputError
         As :func:`check_log` does.
     """
-    checked = check_log(reading.trace, vehicle)
+    trace, clocks = one_clock(reading.trace)
+    checked = check_log(trace, vehicle)
     found = sorted(
-        (*file_findings(reading), *checked.findings),
+        (*file_findings(reading), *clocks, *checked.findings),
         key=lambda f: ORDER.index(f.severity),
     )
     return Checked(checked.trace, tuple(found), checked.rate)

@@ -13,6 +13,7 @@ from rcc_sim.analyse.logcheck.finding import (
     Finding,
     Mask,
     at,
+    counted,
     runs,
     spread,
     when,
@@ -271,8 +272,8 @@ def missing(time: Array, name: str, values: Array) -> list[Finding]:
         Finding(
             "missing",
             name,
-            f"{count} rows ({100 * count / n:.2g} %) are empty, at most {lasts:.3g} s "
-            "on end",
+            f"empty in {counted(count)} ({100 * count / n:.2g} %), at most "
+            f"{lasts:.3g} s on end",
             f"{at(time, time[first])}–{at(time, time[end - 1])} s",
             action="not filled; left out of the comparison",
             severity="warning" if grave else "info",
