@@ -29,6 +29,9 @@ on every force."""
 LIKELY = 5.0
 """Strength that is tried first, in small changes of its unit."""
 
+USUAL = 50.0
+"""Largest strength that is usual, in small changes of its unit."""
+
 SLIGHT = 0.05
 """Share of its typical departure from 1 that a scale must have to be told: a wheel's
 radius is no better defined than by what its tyre slips."""
@@ -68,6 +71,8 @@ class Search:
         Whether it is a period, whose signal has no slope at all: found by trying alone.
     least : float
         Distance from neutral below which a model is no better than its effect.
+    most : float
+        Largest distance from neutral that is usual.
     """
 
     key: str
@@ -78,6 +83,7 @@ class Search:
     grid: tuple[float, ...] = ()
     clocked: bool = False
     least: float = 0.0
+    most: float = inf
 
 
 @dataclass(frozen=True)
@@ -195,6 +201,7 @@ def search_of(problem: Problem, effect: Effect, param: Param) -> Search:
     if effect.id == "sensor_delay":
         low = grid[0]  # within a row a delay cannot be told from smoothing
     a, b = param.typical
+    small = problem.small.get(unit_of(param.name))
     least = 0.0
     if param.neutral == inf:
         first = b
@@ -208,10 +215,11 @@ def search_of(problem: Problem, effect: Effect, param: Param) -> Search:
     elif stated and neutral:
         first = 1.1 * neutral
     else:
-        small = problem.small.get(unit_of(param.name))
         first = sqrt(max(a, 1e-9) * b) if small is None else LIKELY * small
+    most = max(abs(a - param.neutral), abs(b - param.neutral))
+    most = most if small is None else USUAL * small
     clocked = effect.id in CLOCKED
-    return Search(key, neutral, low, high, first, grid, clocked, least)
+    return Search(key, neutral, low, high, first, grid, clocked, least, most)
 
 
 def grid_of(problem: Problem, effect: Effect, param: Param) -> tuple[float, ...]:

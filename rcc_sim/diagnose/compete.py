@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.diagnose.candidates import Candidate
+from rcc_sim.diagnose.detect import least_seen
 from rcc_sim.diagnose.engine import Engine, Fit
 from rcc_sim.diagnose.knobs import nuisance_knobs
 from rcc_sim.diagnose.profile import (
@@ -27,6 +28,7 @@ from rcc_sim.diagnose.refine import (
     screened,
 )
 from rcc_sim.diagnose.remainder import remainder
+from rcc_sim.diagnose.screen import Screened
 
 Array = NDArray[np.float64]
 
@@ -114,6 +116,9 @@ class Explanation:
         Strongest first.
     ranking : dict
         Effect -> nats it gained alone, of all candidates.
+    least_seen : dict
+        Effect -> parameter -> least strength that the logs would have told beside the
+        tolerances; None where they tell none that is usual.
     """
 
     engine: Engine
@@ -121,6 +126,7 @@ class Explanation:
     fit: Fit
     causes: tuple[Cause, ...]
     ranking: dict[str, float]
+    least_seen: dict[str, dict[str, float | None]] = field(default_factory=dict)
 
 
 def compete(
@@ -133,6 +139,7 @@ def compete(
     null = engine.fit({}, nuisance_knobs(engine.problems))
     causes: list[Cause] = []
     ranking: dict[str, float] = {}
+    seen: dict[str, dict[str, float | None]] = {}
     current = null
     for turn in range(MOST_CAUSES):
         told(f"screening for cause {turn + 1}")
@@ -141,6 +148,7 @@ def compete(
         found = screened(engine, current, free)
         constant = {r.candidate.effect: r.gain for r, _ in reversed(found)}
         ranking = ranking or dict(constant)
+        seen = {r.candidate.effect: told_from(r) for r, _ in reversed(found)}
         told(f"refining cause {turn + 1}")
         refined = refine(engine, current, likely(found, ENOUGH))
         if not causes:
@@ -167,7 +175,17 @@ def compete(
     told("leaving out what is not needed")
     causes, current = without_idle(engine, causes, current)
     causes.sort(key=lambda c: -c.gain)
-    return Explanation(engine, null, current, tuple(causes), ranking)
+    return Explanation(engine, null, current, tuple(causes), ranking, seen)
+
+
+def told_from(screened: Screened) -> dict[str, float | None]:
+    """Return from what strength on the logs would tell each figure of a candidate."""
+    return {
+        search.key.rpartition(".")[2]: least_seen(
+            search, screened.shown.get(search.key, []), ENOUGH
+        )
+        for search in screened.candidate.searches
+    }
 
 
 def without_idle(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
+from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +41,10 @@ is a tick late would outweigh the drive."""
 
 STRETCHES = 25
 """Stretches of a log over which gains are told apart."""
+
+WIDER = (1.0, 10.0, 100.0)
+"""Times by which the step along a figure that is to be found widens until it changes
+something: a threshold may move between two ticks and change nothing."""
 
 SHORTER = (1.0, 0.4, 0.1)
 """Shares of a step that are tried in turn."""
@@ -223,11 +228,15 @@ class Engine:
                     np.full_like(e, -1.0 if bias_key(i, c) == k.key else 0.0)
                     for (i, c), e in pairs
                 ]
-            h = k.stride
-            if values[k.key] + h > k.high:
-                h = -h
-            new = self.residuals({**values, k.key: values[k.key] + h}, coarse=True)
-            return [(a - b) / h for a, b in zip(new, base, strict=True)]
+            for wider in WIDER if k.sd == inf else WIDER[:1]:
+                h = wider * k.stride
+                if values[k.key] + h > k.high:
+                    h = -min(h, values[k.key] - k.low)
+                new = self.residuals({**values, k.key: values[k.key] + h}, coarse=True)
+                change = [(a - b) / h for a, b in zip(new, base, strict=True)]
+                if any(np.nan_to_num(c).any() for c in change):
+                    break
+            return change
 
         # few knobs are moved from within the pool's own threads
         each = map(one, knobs) if len(knobs) < 4 else self.pool.map(one, knobs)

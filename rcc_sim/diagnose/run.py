@@ -115,6 +115,8 @@ class Diagnosis:
             "prices": self.prices and asdict(self.prices),
             "unexplained": unexplained,
             "next_experiment": [e.document() for e in self.experiments],
+            "least_seen": self.found.least_seen,
+            "not_identifiable": self.not_identifiable,
             "findings": [asdict(f) for f in first.findings],
         }
 
@@ -144,6 +146,16 @@ class Diagnosis:
     def plain(self) -> Problem:
         """The first log and the nominal vehicle, without any profile found."""
         return problem_of(self.gaps[0].measured, self.vehicle)
+
+    @property
+    def not_identifiable(self) -> list[str]:
+        """Effects of which no usual strength would show in these logs."""
+        taken = {a.cause.effect for a in self.asserted}
+        return [
+            effect
+            for effect, least in sorted(self.found.least_seen.items())
+            if effect not in taken and all(x is None for x in least.values())
+        ]
 
     def figures(self) -> dict[str, Figure]:
         """Stated figures that the logs moved within their sds, with intervals."""

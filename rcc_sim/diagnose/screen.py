@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.diagnose.candidates import Candidate, Search
+from rcc_sim.diagnose.detect import Shown
 from rcc_sim.diagnose.engine import Engine, Fit
 from rcc_sim.errors import InputError
 
@@ -37,11 +38,14 @@ class Screened:
         Nats gained over the fit, the knobs giving way along their signals.
     values : dict
         Dotted key -> strength.
+    shown : dict
+        Dotted key -> what strengths that were tried would show.
     """
 
     candidate: Candidate
     gain: float
     values: dict[str, float] = field(default_factory=dict)
+    shown: dict[str, list[Shown]] = field(default_factory=dict)
 
 
 class Screen:
@@ -60,6 +64,7 @@ class Screen:
         self.Q, _ = np.linalg.qr(np.vstack([A, np.diag(1 / sd)]))
         r = engine.white(base.residuals, base.noise)
         self.left = self.free(np.concatenate([r, off]))
+        self.shown: dict[str, list[Shown]] = {}
 
     def free(self, x: Array) -> Array:
         """Return what the knobs cannot take up."""
@@ -70,7 +75,11 @@ class Screen:
         e = self.engine.residuals({**self.base.values, **values}, coarse=True)
         pairs = zip(e, self.start, strict=True)
         d = self.engine.white([a - b for a, b in pairs], self.base.noise)
-        return self.free(np.concatenate([d, np.zeros(len(self.base.knobs))]))
+        d = self.free(np.concatenate([d, np.zeros(len(self.base.knobs))]))
+        if len(values) == 1:
+            (key, strength), *_ = values.items()
+            self.shown.setdefault(key, []).append(Shown(strength, 0.5 * float(d @ d)))
+        return d
 
     def gain(self, d: Array) -> float:
         """Nats gained by a signal as it is."""
@@ -87,7 +96,8 @@ class Screen:
             if more.gain < best.gain + ANOTHER:
                 break
             best = more
-        return best
+        keys = [search.key for search in candidate.searches]
+        return replace(best, shown={key: self.shown.get(key, []) for key in keys})
 
     def best_one(self, candidate: Candidate, held: dict[str, float]) -> Screened:
         """Return a candidate with one more figure than those that are held."""

@@ -95,7 +95,7 @@ def estimates(
         if cause.profiles:
             out[name] = _of_profile(fit, key, cause, stated.get(key, 0.0))
         elif key in knobs:
-            sd = fit.sd(key) * INTERVAL
+            sd = min(fit.sd(key) * INTERVAL, knobs[key].high - knobs[key].low)
             value = fit.values[key]
             low = max(value - Z_90 * sd, knobs[key].low)
             high = min(value + Z_90 * sd, knobs[key].high)

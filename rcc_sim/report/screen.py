@@ -34,6 +34,9 @@ LEAST_BARS, MOST_BARS = 15, 60
 SHOWN = 4
 """Logs, kinds of driving and stretches that are told at most."""
 
+UNSEEN = 6
+"""Effects that would not show, of which so many are told."""
+
 RIVALS = 3
 """Rivals that are told at most."""
 
@@ -88,6 +91,10 @@ def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
                 for w in left.windows[:SHOWN]
             ),
         )
+    unseen = found.not_identifiable
+    if unseen:
+        more = f", and {len(unseen) - UNSEEN} more" if len(unseen) > UNSEEN else ""
+        yield "UNSEEN", f"would not show here: {', '.join(unseen[:UNSEEN])}{more}"
     for run in found.experiments[:2]:
         each = [p.nats for p in run.expected_nats.pairs] or [run.expected_nats.least]
         nats = (
