@@ -27,6 +27,9 @@ MOST = 20.0
 LEAST = 2.0
 """Smallest limit: a window within two standard deviations is never flagged. [1]"""
 
+PRECISE = 1e-3
+"""How near the limit is found. [1]"""
+
 CAUSES = {
     "speed_mps": ("motor_torque_nm", "motor_current_a"),
     "accel_x_mps2": ("motor_torque_nm", "motor_current_a"),
@@ -98,6 +101,7 @@ def _noise(means: Array) -> float:
 
 
 def _solved(shifts: Array, noises: Array, counts: Array) -> float:
+    from scipy.optimize import brentq
     from scipy.special import log_ndtr, ndtr
 
     def quiet(limit: float) -> float:
@@ -108,11 +112,11 @@ def _solved(shifts: Array, noises: Array, counts: Array) -> float:
             calm[loud] = log_ndtr(-(np.abs(shifts) - limit) / noises)[loud]
         return float(np.exp(np.clip(calm @ counts, -700, 0)).mean())
 
-    low, high = 0.0, MOST
-    for _ in range(25):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if quiet(middle) < 1 - FALSE else (low, middle)
-    return max(high, LEAST)
+    if quiet(LEAST) >= 1 - FALSE:
+        return LEAST
+    if quiet(MOST) < 1 - FALSE:
+        return MOST
+    return float(brentq(lambda x: quiet(x) - (1 - FALSE), LEAST, MOST, xtol=PRECISE))
 
 
 def strongest_first(
