@@ -33,7 +33,7 @@ def check(
     logs: Annotated[
         list[str] | None,
         typer.Argument(
-            help="Logs: CSV, Parquet, or - for stdin; with --each, or as a folder or "
+            help="Logs of any format, or - for stdin; with --each, or as a folder or "
             "a pattern, a fleet."
         ),
     ] = None,
