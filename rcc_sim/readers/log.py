@@ -188,6 +188,9 @@ def on_one_clock(trace: Trace, column: str = "speed_mps") -> Trace:
         there = np.isfinite(values) & np.isfinite(time)
         stamps, first = np.unique(time[there], return_index=True)
         known = values[there][first]
+        if len(known) == 0:
+            columns[name] = np.full(len(at), np.nan)
+            continue
         before = np.searchsorted(stamps, at, side="right") - 1
         if name in HELD:
             columns[name] = np.where(before >= 0, known[before], np.nan)

@@ -376,3 +376,11 @@ def test_on_one_clock_leaves_a_gap_blank_and_turns_the_short_way():
     off = np.angle(np.exp(1j * (one["yaw_rad"] - heading)))[there]
     np.testing.assert_allclose(off, 0, atol=1e-9)
     np.testing.assert_array_equal(one["yaw_rad"][pose], heading[pose])
+
+
+def test_on_one_clock_a_channel_without_any_value_stays_blank():
+    time = np.arange(4.0)
+    blank = {n: np.full(4, np.nan) for n in ("throttle", "battery_voltage_v")}
+    one = on_one_clock(Trace({"time_s": time, "speed_mps": time, **blank}))
+    for name in blank:
+        assert np.isnan(one[name]).all()
