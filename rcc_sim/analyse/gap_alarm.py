@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -104,6 +105,7 @@ def _solved(shifts: Array, noises: Array, counts: Array) -> float:
     from scipy.optimize import brentq
     from scipy.special import log_ndtr, ndtr
 
+    @cache
     def quiet(limit: float) -> float:
         above = ndtr((-limit - shifts) / noises) + ndtr((shifts - limit) / noises)
         calm = np.where(above < 0.5, np.log1p(-np.minimum(above, 0.5)), 0.0)

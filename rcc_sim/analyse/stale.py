@@ -23,8 +23,7 @@ OFTEN = 0.1
 FEWEST = 20
 
 TOGETHER = 0.9
-"""Share of a channel's changes at the rows of a clock from which it goes by that clock.
-"""
+"""Share of a channel's changes on a clock's rows from which it goes by that clock."""
 
 
 def between_updates(

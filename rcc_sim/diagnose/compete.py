@@ -139,7 +139,6 @@ def compete(
     null = engine.fit({}, nuisance_knobs(engine.problems))
     causes: list[Cause] = []
     ranking: dict[str, float] = {}
-    seen: dict[str, dict[str, float | None]] = {}
     current = null
     for turn in range(MOST_CAUSES):
         told(f"screening for cause {turn + 1}")
@@ -148,7 +147,6 @@ def compete(
         found = screened(engine, current, free)
         constant = {r.candidate.effect: r.gain for r, _ in reversed(found)}
         ranking = ranking or dict(constant)
-        seen = {r.candidate.effect: told_from(r) for r, _ in reversed(found)}
         told(f"refining cause {turn + 1}")
         refined = refine(engine, current, likely(found, ENOUGH))
         if not causes:
@@ -175,6 +173,8 @@ def compete(
     told("leaving out what is not needed")
     causes, current = without_idle(engine, causes, current)
     causes.sort(key=lambda c: -c.gain)
+    # beside all the causes; what took a tolerance's place was not tried at strengths
+    seen = {r.candidate.effect: told_from(r) for r, _ in found if r.shown}
     return Explanation(engine, null, current, tuple(causes), ranking, seen)
 
 
@@ -182,7 +182,7 @@ def told_from(screened: Screened) -> dict[str, float | None]:
     """Return from what strength on the logs would tell each figure of a candidate."""
     return {
         search.key.rpartition(".")[2]: least_seen(
-            search, screened.shown.get(search.key, []), ENOUGH
+            search, screened.shown[search.key], ENOUGH
         )
         for search in screened.candidate.searches
     }

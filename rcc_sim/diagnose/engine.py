@@ -230,8 +230,9 @@ class Engine:
                 ]
             for wider in WIDER if k.sd == inf else WIDER[:1]:
                 h = wider * k.stride
-                if values[k.key] + h > k.high:
-                    h = -min(h, values[k.key] - k.low)
+                up, down = k.high - values[k.key], values[k.key] - k.low
+                if h > up:  # towards the farther bound
+                    h = -min(h, down) if down >= up else up
                 new = self.residuals({**values, k.key: values[k.key] + h}, coarse=True)
                 change = [(a - b) / h for a, b in zip(new, base, strict=True)]
                 if any(np.nan_to_num(c).any() for c in change):
