@@ -41,6 +41,9 @@ COARSE = (0.005, 0.02)
 Enough for what a change of a figure does, the error being much the same without it.
 """
 
+ROUNDING = 1e-9
+"""Time within which two instants are the same. [s]"""
+
 LATE = 1e6
 """Time beyond which a clock counts from its own start: Unix time, say. [s]"""
 
@@ -161,7 +164,7 @@ def replay(
         work,
         (drive.time, *drive.commands),
         drive.road,
-        as_true(vehicle, drive.measured),
+        as_true(vehicle, drive),
         (efficiency_map(vehicle), force_table(vehicle)),
         delay_lines(values),
         table,
@@ -191,22 +194,54 @@ def _step(time: Array, longest: float) -> float:
     return interval / max(math.ceil(interval / longest - 1e-6), 1)
 
 
-def as_true(vehicle: Vehicle, measured: Measured) -> Measured:
+def as_true(vehicle: Vehicle, drive: Drive) -> Measured:
     """Return what was measured as it was, by what the vehicle's sensors make of it.
 
-    ``speed_mps`` is the motor's speed with the file's tyre radius.
+    ``speed_mps`` is the motor's speed with the file's tyre radius; a reading that is
+    late belongs to an earlier row.
     """
 
-    def scale(effect: str) -> float:
-        figure = vehicle.effects.get(effect, {}).get("scale")
-        return figure.value if isinstance(figure, Figure) else 1.0
+    def stated(effect: str, name: str, neutral: float) -> float:
+        figure = vehicle.effects.get(effect, {}).get(name)
+        return figure.value if isinstance(figure, Figure) else neutral
 
-    rolled = scale("wheel_radius") / scale("speed_sensor_scale")
-    drawn = 1.0 / scale("current_sensor_scale")
-    if rolled == drawn == 1.0:
-        return measured
-    speed, current, yaw_rate, torque, accel = measured
-    return speed * rolled, current * drawn, yaw_rate, torque, accel * rolled
+    rolled = stated("wheel_radius", "scale", 1.0) / stated(
+        "speed_sensor_scale", "scale", 1.0
+    )
+    drawn = 1.0 / stated("current_sensor_scale", "scale", 1.0)
+    late = stated("sensor_delay", "delay_s", 0.0)
+    of_speed, of_yaw, of_motor = (
+        late + stated("sensor_delay", f"{name}_delay_s", 0.0)
+        for name in ("speed", "yaw_rate", "motor_current")
+    )
+    speed, current, yaw_rate, torque, accel = drive.measured
+    if rolled != 1.0 or drawn != 1.0:
+        speed, current, accel = speed * rolled, current * drawn, accel * rolled
+    return (
+        earlier(drive, speed, of_speed),
+        earlier(drive, current, of_motor),
+        earlier(drive, yaw_rate, of_yaw),
+        earlier(drive, torque, of_motor),
+        earlier(drive, accel, of_speed),
+    )
+
+
+def earlier(drive: Drive, values: Array, delay: float) -> Array:
+    """Return readings that came late [s] at the rows that they belong to.
+
+    Between two rows it is the first of them, so that nothing is drawn to a reading
+    that it has yet to predict; what drives an imposed run is interpolated.
+    """
+    known = np.isfinite(values)
+    if delay == 0.0 or not known.any():
+        return values
+    then = drive.time + delay
+    if drive.imposed:
+        whole = np.interp(then, drive.time[known], values[known])
+        gaps = np.interp(then, drive.time, known.astype(float)) < 1 - ROUNDING
+        return np.where(gaps, np.nan, whole)
+    row = np.searchsorted(drive.time, then + ROUNDING, side="right") - 1
+    return np.where(then <= drive.time[-1] + ROUNDING, values[row], np.nan)
 
 
 def is_imposed(log: Trace, vehicle: Vehicle) -> bool:
