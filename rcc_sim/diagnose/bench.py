@@ -255,7 +255,7 @@ class Bench:
             if k.key.startswith(FIRST):
                 return self.offset(logs, k.key.removeprefix(FIRST))
             x = fit.values.get(k.key, k.value)
-            h = k.stride if x + k.stride <= k.high else -k.stride
+            h = k.inward(x)
             return self.change(run, logs, start, {**fit.values, k.key: x + h}) / h
 
         each = self.engine.pool.map(one, wanted)

@@ -10,7 +10,7 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.diagnose.knobs import BIAS, Knob, bias_key, figures_of
+from rcc_sim.diagnose.knobs import BIAS, Knob, figures_of
 from rcc_sim.diagnose.noise import (
     SHORT,
     Whitener,
@@ -22,6 +22,7 @@ from rcc_sim.diagnose.noise import (
     weights,
 )
 from rcc_sim.diagnose.problem import Problem
+from rcc_sim.errors import InputError
 from rcc_sim.jit import threads
 from rcc_sim.simulate.smooth import is_rough
 
@@ -45,6 +46,9 @@ STRETCHES = 25
 WIDER = (1.0, 10.0, 100.0)
 """Times by which the step along a figure that is to be found widens until it changes
 something: a threshold may move between two ticks and change nothing."""
+
+LEAPS, SETTLED = 4, 0.5
+"""Times that signals are found anew at most, and nats below which no more."""
 
 SHORTER = (1.0, 0.4, 0.1)
 """Shares of a step that are tried in turn."""
@@ -147,10 +151,20 @@ class Engine:
         """Measured minus predicted, a track each; coarse: for differences alone."""
         figures = figures_of(values)
         found = [e for p in self.problems for e in p.residuals(figures, coarse)]
-        return [
-            e - values.get(bias_key(i, c), 0.0)
-            for (i, c), e in zip(self.tracks, found, strict=True)
-        ]
+        for key in (k for k in values if k.startswith(BIAS)):
+            for track, x in self.offset(key).items():
+                found[track] = found[track] - values[key] * x
+        return found
+
+    def offset(self, key: str) -> dict[int, Array | float]:
+        """What an offset of size 1 adds to each track: a sensor's, or that of bends."""
+        name = key.removeprefix(BIAS)
+        log, _, what = name.partition(".")
+        mine = [(k, c) for k, (i, c) in enumerate(self.tracks) if i == int(log)]
+        bends = self.problems[int(log)].bends
+        if what in bends:
+            return {k: x for (k, _), x in zip(mine, bends[what], strict=True)}
+        return {k: 1.0 for k, c in mine if c == what}
 
     def learn_noise(self, residuals: list[Array]) -> list[Whitener]:
         """Noise model of each track, from what a fit leaves."""
@@ -189,6 +203,8 @@ class Engine:
         )
         for (log, _), w, a, b in tracks:
             t = self.problems[log].log["time_s"][w.valid]
+            if not len(t):
+                continue
             edges = np.linspace(t[0], t[-1], STRETCHES + 1)[1:-1]
             each = log_density(w(b)) - log_density(w(a))
             found[log] += np.bincount(np.searchsorted(edges, t), each, STRETCHES)
@@ -223,10 +239,9 @@ class Engine:
 
         def one(k: Knob) -> list[Array]:
             if k.key.startswith(BIAS):
-                pairs = zip(self.tracks, base, strict=True)
+                added = self.offset(k.key)
                 return [
-                    np.full_like(e, -1.0 if bias_key(i, c) == k.key else 0.0)
-                    for (i, c), e in pairs
+                    np.zeros_like(e) - added.get(i, 0.0) for i, e in enumerate(base)
                 ]
             for wider in WIDER if k.sd == inf else WIDER[:1]:
                 h = wider * k.stride
@@ -304,11 +319,19 @@ class Engine:
     def line_search(self, now: Fit, step: Array) -> Fit | None:
         """The first of ever shorter steps that is better, if any is."""
         for share in SHORTER:
-            trial = dict(now.values)
-            for k, s in zip(now.knobs, step, strict=True):
-                moved = trial[k.key] + share * float(s)
-                trial[k.key] = float(min(max(moved, k.low), k.high))
-            new = self.evaluate(trial, now.knobs, now.noise)
+            trial = self.moved(now, share * step)
+            try:
+                new = self.evaluate(trial, now.knobs, now.noise)
+            except InputError:  # figures that no such vehicle can have together
+                continue
             if new.score > now.score:
                 return new
         return None
+
+    @staticmethod
+    def moved(now: Fit, step: Array) -> dict[str, float]:
+        """Return a fit's figures after a step, within their bounds."""
+        trial = dict(now.values)
+        for k, s in zip(now.knobs, step, strict=True):
+            trial[k.key] = float(min(max(trial[k.key] + float(s), k.low), k.high))
+        return trial

@@ -23,6 +23,9 @@ ZEROED = 0.2
 CURRENT_LOOP_LAG = 0.003
 """Lag that any current loop may have; bandwidths are 50 Hz to some kHz. [s]"""
 
+BEND_SHARE = 0.5
+"""Share of a bend's drag that a driver may make up for late, one sd."""
+
 RADIUS = "effects.wheel_radius.scale"
 
 BIAS = "bias."
@@ -62,6 +65,10 @@ class Knob:
             return self.step
         return 0.5 * self.sd if self.sd < inf else 1e-3 * (abs(self.value) or 1.0)
 
+    def inward(self, value: float) -> float:
+        """Step of a finite difference from a value that does not leave the bounds."""
+        return self.stride if value + self.stride <= self.high else -self.stride
+
 
 def tolerance_knobs(problem: Problem) -> list[Knob]:
     """The figures of the vehicle file that state how far they may be off."""
@@ -73,15 +80,18 @@ def tolerance_knobs(problem: Problem) -> list[Knob]:
         if sd > 0 and key == "tyres.radius_m":
             # what was logged came about by the file's radius: the true one differs
             if RADIUS not in problem.vehicle.figures():
-                knobs.append(Knob(RADIUS, 1.0, sd / figure.value, low=0.5))
+                knobs.append(Knob(RADIUS, 1.0, sd / figure.value, low=0.5, high=2.0))
         elif sd > 0:
-            low = 0.05 * figure.value if figure.value > 0 else -inf
+            low = 0.2 * figure.value if figure.value > 0 else -inf
             knobs.append(Knob(key, figure.value, sd, low=low))
     return knobs
 
 
 def bias_knobs(problem: Problem, log: int = 0) -> list[Knob]:
-    """An offset for each sensor but those that count: encoder and charge."""
+    """An offset for each sensor but those that count: encoder and charge.
+
+    And the share of each bend's drag that the power shows late.
+    """
     knobs = []
     for c in problem.channels:
         sensor = problem.vehicle.sensors.get(c)
@@ -91,6 +101,7 @@ def bias_knobs(problem: Problem, log: int = 0) -> list[Knob]:
         counted = c == "speed_mps" or (c == "battery_power_w" and problem.charge)
         if not counted and sd > 0:
             knobs.append(Knob(bias_key(log, c), 0.0, sd))
+    knobs += [Knob(bias_key(log, name), 0.0, BEND_SHARE) for name in problem.bends]
     return knobs
 
 

@@ -43,6 +43,9 @@ whatever memory this leaves in the residuals the noise model takes up.
 SLOW = 20.0
 """Speed below which cornering is not judged, in times that at which slip blends."""
 
+MADE_UP = 1.0
+"""Time in which a driver makes up for what a bend took from the speed. [s]"""
+
 MIN_ROWS = 30
 
 
@@ -132,6 +135,32 @@ class Problem:
         return [self.log[c] - out[c] for c in self.channels]
 
     @cached_property
+    def bends(self) -> dict[str, list[Array]]:
+        """What the drag of bends does to each channel, where it may go unseen.
+
+        A car slows a little in a bend, by less than a noisy speed shows, until its
+        driver makes up for it. In a drive that is imposed that share of the drag is
+        missing in the power at first (``bend``), and comes late (``bend_late``).
+        """
+        if not (self.drive.imposed and self.drive.steered) or self.charge is not None:
+            return {}
+        ref, steer, throttle, aux = self.drive.commands
+        straight = (ref, np.zeros_like(steer), throttle, aux)
+        on = replace(self, drive=replace(self.drive, commands=straight)).predict({})
+        unmoved = (*LATERAL, "accel_x_mps2")
+        drag = [
+            np.nan_to_num(self.nominal[c] - on[c]) * (c not in unmoved)
+            for c in self.channels
+        ]
+        ages = np.arange(0, 8 * MADE_UP, float(np.median(np.diff(self.log["time_s"]))))
+        late = np.exp(-ages / MADE_UP)
+        late /= late.sum()
+        return {
+            "bend": [-x for x in drag],
+            "bend_late": [np.convolve(x, late)[: len(x)] for x in drag],
+        }
+
+    @cached_property
     def speed(self) -> Array:
         """Speed at the rows, 0 where unknown. [m/s]"""
         speed = self._speed
@@ -141,6 +170,9 @@ class Problem:
         """Return what a profile may run along: distance, speed, a column of the log."""
         if name == "distance_m":
             return self.distance
+        if name == "speed_mps" and not self.drive.imposed:
+            # the model's: a coordinate must not know a reading's noise
+            return np.abs(np.nan_to_num(self.nominal["speed_mps"]))
         return self.speed if name == "speed_mps" else np.nan_to_num(self.log[name])
 
     @cached_property

@@ -109,18 +109,19 @@ def remainder(
     one of them changes with time is a form as well.
     """
     steered = all(p.drive.steered for p in engine.problems)
-    stated = engine.problems[0].vehicle.figures()
+    known = {**engine.problems[0].vehicle.figures(), **fit.values}
+    tables = {key.rpartition(".")[0] for key in known}
     each = []
     for name, keys in CARRIERS.items():
         if name == "steer" and not steered:
             continue
-        key = next((k for k in keys[1:] if k in stated), keys[0])
+        key = next((k for k in keys[1:] if tables & {k.rpartition(".")[0]}), keys[0])
         probe = Probe(engine, fit, key, probe_size(engine, key))
         each.append(likeliest_of(probe, name))
     each += [bursts(engine, fit, log) for log in range(len(engine.problems))]
     for name, figures in (constant or {}).items():
         for knob in (k for k in fit.knobs if k.key in figures):
-            probe = Probe(engine, fit, knob.key, knob.stride)
+            probe = Probe(engine, fit, knob.key, knob.inward(fit.values[knob.key]))
             each.append(likeliest_of(probe, name, {"time_s": CHANGES}))
     best = max(each, key=lambda r: r.evidence)
     return replace(best, rivals=tuple(each))

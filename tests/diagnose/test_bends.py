@@ -1,0 +1,54 @@
+"""A driver makes up late for what a bend takes from the speed."""
+
+import numpy as np
+import pytest
+
+from rcc_sim.analyse.logged import open_log
+from rcc_sim.blind.make import make
+from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose.engine import Engine
+from rcc_sim.diagnose.knobs import nuisance_knobs
+from rcc_sim.diagnose.run import problem_of
+
+
+def problems_of(folder, family, cases):
+    make(folder, cases=cases, kinds=("null",), families=(family,), seed=21)
+    found = []
+    for case in sorted(p for p in folder.iterdir() if p.is_dir()):
+        vehicle = load_vehicle(case / "vehicle.toml")
+        found.append(problem_of(open_log(case / "log.csv.gz", vehicle).log, vehicle))
+    return found
+
+
+@pytest.mark.slow
+def test_drives_without_a_cause_ask_for_a_share_of_the_drag_of_bends(tmp_path):
+    """The plant's driver holds the speed by a loop; the model knows none of it."""
+    gained = 0.0
+    for problem in problems_of(tmp_path / "ev", "ev", 3):
+        engine = Engine([problem])
+        knobs = nuisance_knobs([problem])
+        with_bends = engine.fit({}, knobs)
+        share = with_bends.values["bias.0.bend"]
+        assert -0.2 < share < 1.2
+        without = engine.fit({}, [k for k in knobs if "bend" not in k.key])
+        gained += with_bends.score - without.score
+    assert gained > 10
+
+
+def test_a_drive_by_its_own_commands_has_no_such_share(tmp_path):
+    (problem,) = problems_of(tmp_path / "rc", "rc", 1)
+    assert not problem.bends
+
+
+def test_the_late_share_follows_with_the_memory_that_is_stated(tmp_path):
+    (problem,) = problems_of(tmp_path / "ev", "ev", 1)
+    k = problem.channels.index("battery_current_a")
+    now, late = -problem.bends["bend"][k], problem.bends["bend_late"][k]
+    # a first-order lag: d(late)/dt = (now - late) / 1 s, in rows of 0.1 s
+    steps = late[1:] - late[:-1] * np.exp(-0.1)
+    assert steps == pytest.approx(now[1:] * (1 - np.exp(-0.1)), abs=2e-3 * now.max())
+    assert not any(
+        np.any(x)
+        for x, c in zip(problem.bends["bend"], problem.channels, strict=True)
+        if c in ("yaw_rate_radps", "accel_x_mps2", "accel_y_mps2")
+    )
