@@ -14,6 +14,9 @@ from rcc_sim.errors import InputError
 from rcc_sim.physics.effect import Effect, Param
 from rcc_sim.units import G, unit_of
 
+DRAGGED = ("iron_loss",)
+"""What a car that coasts drags along, so that the sum of its losses holds it too."""
+
 NOT_FITTED = {"air_density_kg_per_m3"}
 """Figures that stand beside another and never vary on their own."""
 
@@ -36,8 +39,18 @@ SLIGHT = 0.05
 """Share of its typical departure from 1 that a scale must have to be told: a wheel's
 radius is no better defined than by what its tyre slips."""
 
-BEYOND = 4.0
+BEYOND = 2.5
 """Times its typical departure from 1 that a scale may have."""
+
+LIGHTEST = 0.5
+"""Share of its mass that a vehicle may lack."""
+
+WITHIN = 5.0
+"""Factor within which a stated figure of the car itself lies: what asks for more is not
+that figure."""
+
+MEASURED = {"N", "N m", "N m s/rad", "kg m²", "m²", "Ω", "1"}
+"""Units of such figures; a load, in W or kg, may be any times what was stated."""
 
 CLOCKED = {"reference_sampling"}
 THROTTLE = {"throttle_dead_zone"}
@@ -105,7 +118,8 @@ def candidates_for(
 ) -> list[Candidate]:
     """Return the effects that these logs could show.
 
-    What sums up others is one of them where it was withheld, or asked for.
+    What sums up others is one of them where it was withheld, or asked for; where it
+    was withheld, it stands for its parts.
 
     Raises
     ------
@@ -114,8 +128,12 @@ def candidates_for(
     """
     first = problems[0]
     known = first.vehicle.known
+    sums = {*withheld} & AGGREGATES
+    parts = {p for name in sums for p in (*known[name].excludes, *DRAGGED)}
     found = []
     for name, effect in known.items():
+        if name in parts and name not in only:
+            continue  # it was in the sum that was taken out
         if (only and name not in only) or not applies(first, effect):
             continue
         asked = name in withheld or name in only
@@ -200,9 +218,13 @@ def search_of(problem: Problem, effect: Effect, param: Param) -> Search:
     grid = grid_of(problem, effect, param)
     if effect.id == "sensor_delay":
         low = grid[0]  # within a row a delay cannot be told from smoothing
+    if effect.id == "payload":
+        low = max(low, neutral - LIGHTEST * problem.vehicle.body.mass_kg.value)
     a, b = param.typical
     small = problem.small.get(unit_of(param.name))
     least = 0.0
+    if stated and neutral and not grid and unit_of(param.name) in MEASURED:
+        low, high = max(low, neutral / WITHIN), min(high, neutral * WITHIN)
     if param.neutral == inf:
         first = b
     elif a < 0:
@@ -243,6 +265,8 @@ def grid_of(problem: Problem, effect: Effect, param: Param) -> tuple[float, ...]
         return tuple(row * k for k in (1.0, 3.0, 10.0) if row * k < 0.5) or (row,)
     if name in DELAYS:
         return (0.01, 0.03, 0.06, 0.1, 0.16)
+    if name == "tyre_relaxation":
+        return tuple(problem.vehicle.wheelbase * x for x in (0.05, 0.12, 0.3, 0.6, 1.0))
     if name == "steering_backlash":
         most = float(np.nanmax(np.abs(problem.log["steer_cmd_rad"]))) or 0.1
         return tuple(most * x for x in (0.05, 0.12, 0.25))

@@ -12,6 +12,7 @@ from rcc_sim.diagnose.candidates import Candidate
 from rcc_sim.diagnose.detect import least_seen
 from rcc_sim.diagnose.engine import Engine, Fit
 from rcc_sim.diagnose.knobs import nuisance_knobs
+from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.profile import (
     Probe,
     Profile,
@@ -21,6 +22,7 @@ from rcc_sim.diagnose.profile import (
     shares,
 )
 from rcc_sim.diagnose.refine import (
+    TIED,
     TOO_FAR,
     Refined,
     likely,
@@ -63,6 +65,12 @@ PROFILES = {
     "auxiliary_load": ("effects.auxiliary_load.power_w", "time_s"),
 }
 WINDOW_COUNTS = (20, 60)
+FINER, SHORTEST = 120, 1.25
+"""Windows in which a profile must hang together if it does not in fewer, and the mean
+time that each takes at least. [s]
+
+A rough road is a force, too: but one that knows nothing of itself a second ago.
+"""
 
 
 @dataclass(frozen=True)
@@ -142,9 +150,7 @@ def compete(
     current = null
     for turn in range(MOST_CAUSES):
         told(f"screening for cause {turn + 1}")
-        taken = {c.effect for c in causes}
-        free = [c for c in candidates if c.effect not in taken]
-        found = screened(engine, current, free)
+        found = screened(engine, current, free_of(candidates, causes))
         constant = {r.candidate.effect: r.gain for r, _ in reversed(found)}
         ranking = ranking or dict(constant)
         told(f"refining cause {turn + 1}")
@@ -168,7 +174,7 @@ def compete(
                 continue
         if not (best and one) or best.trusted < needed_gain(causes, one.shares):
             break
-        causes.append(replace(one, screened=constant))
+        causes = taken_in(causes, replace(one, screened=constant))
         current = engine.fit(best.fit.values, best.fit.knobs)
     told("leaving out what is not needed")
     causes, current = without_idle(engine, causes, current)
@@ -176,6 +182,32 @@ def compete(
     # beside all the causes; what took a tolerance's place was not tried at strengths
     seen = {r.candidate.effect: told_from(r) for r, _ in found if r.shown}
     return Explanation(engine, null, current, tuple(causes), ranking, seen)
+
+
+def free_of(
+    candidates: Sequence[Candidate], causes: Sequence[Cause]
+) -> list[Candidate]:
+    """Return the candidates with the figures that no cause has yet.
+
+    Of an effect of which several figures may be off, others may follow the first.
+    """
+    keys = {c.effect: c.keys for c in causes}
+    rest = [
+        replace(c, searches=tuple(s for s in c.searches if s.key not in keys[c.effect]))
+        if c.effect in keys
+        else c
+        for c in candidates
+        if c.several or c.effect not in keys
+    ]
+    return [c for c in rest if c.searches]
+
+
+def taken_in(causes: Sequence[Cause], one: Cause) -> list[Cause]:
+    """Return the causes with one more, or with more figures of one they hold."""
+    same = [c for c in causes if c.effect == one.effect]
+    for c in same:
+        one = replace(one, keys=c.keys + one.keys, gain=c.gain + one.gain)
+    return [*(c for c in causes if c not in same), one]
 
 
 def told_from(screened: Screened) -> dict[str, float | None]:
@@ -221,8 +253,7 @@ def is_clear(
 
     It must also beat the same effect held constant. All gains are by the same noise.
     """
-    drifts = any(p.beside_drift for p in varying.profiles.values())
-    enough = ENOUGH if drifts else PROFILE_ENOUGH
+    enough = min(enough_of(p) for p in varying.profiles.values())
     same = held.get(varying.effect, 0.0) + enough / 2
     needed = max(enough, needed_gain(causes, varying.shares), same)
     if varying.gain <= needed:
@@ -246,16 +277,21 @@ def needed_gain(causes: Sequence[Cause], where: Array) -> float:
 
 def cause_of(best: Refined) -> Cause:
     """Return the winner as a cause; what ties with it is told once all are known."""
-    keys = [k.key for k in best.fit.knobs]
-    own = [best.fit.signals[keys.index(k)] for k in best.screened.values if k in keys]
-    signal = [sum(parts[1:], parts[0]) for parts in zip(*own, strict=True)]
+    keys = tuple(best.screened.values)
     return Cause(
         best.screened.candidate.effect,
-        tuple(best.screened.values),
+        keys,
         best.gain,
         sharpened=max(best.after / best.gain, 1.0) if best.gain > 0 else 1.0,
-        shares=shares(signal or best.fit.residuals, best.fit.noise),
+        shares=shares_of(best.fit, keys),
     )
+
+
+def shares_of(fit: Fit, keys: Sequence[str]) -> Array:
+    """Share of each track in what some figures change together."""
+    own = [j for j, k in zip(fit.signals, fit.knobs, strict=True) if k.key in keys]
+    signal = [sum(parts[1:], parts[0]) for parts in zip(*own, strict=True)]
+    return shares(signal or fit.residuals, fit.noise)
 
 
 def profile_cause(engine: Engine, fit: Fit, named: set[str]) -> Cause | None:
@@ -265,12 +301,16 @@ def profile_cause(engine: Engine, fit: Fit, named: set[str]) -> Cause | None:
         if effect not in named:
             continue
         found: dict[int, Profile] = {}
+        coherence = 0.0
         probe = Probe(engine, fit, key, probe_size(engine, key))
         for i, problem in enumerate(engine.problems):
             x = problem.coordinate(along)
             tried = [probe.profile(i, along, x, n) for n in WINDOW_COUNTS]
             found[i] = max(tried, key=lambda p: p.evidence)
-        if is_stated(engine, key, found.values()):
+            if found[i].evidence > enough_of(found[i]):
+                tried += [probe.profile(i, along, x, n) for n in finer(problem)]
+                coherence = max(coherence, *(p.coherence for p in tried))
+        if coherence < TIED or is_stated(engine, key, found.values()):
             continue
         gain = sum(p.evidence for p in found.values())
         if best is None or gain > best.gain:
@@ -279,6 +319,17 @@ def profile_cause(engine: Engine, fit: Fit, named: set[str]) -> Cause | None:
         elif best:
             best = replace(best, rival=max(best.rival, gain))
     return best
+
+
+def enough_of(profile: Profile) -> float:
+    """Nats that a profile must gain."""
+    return ENOUGH if profile.beside_drift else PROFILE_ENOUGH
+
+
+def finer(problem: Problem) -> list[int]:
+    """Into how many windows more a log may be cut to see what hangs together."""
+    time = problem.log["time_s"]
+    return [FINER] if time[-1] - time[0] > FINER * SHORTEST else []
 
 
 def is_stated(engine: Engine, key: str, profiles: Iterable[Profile]) -> bool:

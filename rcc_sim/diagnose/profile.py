@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,6 +51,9 @@ class Profile:
         Log of the marginal likelihood ratio to no profile. [nats]
     beside_drift : bool
         Whether it was weighed together with the drift of a sensor.
+    coherence : float
+        Nats by which strengths that change little from knot to knot are likelier than
+        such as know nothing of each other.
     """
 
     key: str
@@ -59,6 +63,7 @@ class Profile:
     sd: Array
     evidence: float
     beside_drift: bool = False
+    coherence: float = inf
 
     def at(self, x: Array) -> Array:
         """Strength at a coordinate; the ends hold beyond them."""
@@ -102,6 +107,7 @@ class Weighed:
     sd: Array
     knobs: Array
     cost: float
+    coherence: float
 
 
 class Probe:
@@ -140,7 +146,14 @@ class Probe:
         if drifts:
             found = self._relearnt(tracks, H, found)
         return Profile(
-            self.key, along, knots, found.value, found.sd, found.evidence, drifts
+            self.key,
+            along,
+            knots,
+            found.value,
+            found.sd,
+            found.evidence,
+            drifts,
+            inf if drifts else found.coherence,
         )
 
     def sharper(self, profile: Profile, log: int, x: Array) -> Profile:
@@ -186,9 +199,10 @@ class Probe:
         A, r, J = A * W[:, None], r * W, J * W[:, None]
         off = np.array([fit.values[k.key] - k.value for k in fit.knobs])
         M, b, back = freed(A, r, J, np.array([k.sd for k in fit.knobs]), off)
-        evidence, value, sd = likeliest(M, b)
+        evidence, value, sd = likeliest(M, b, smooth(len(b)))
         cost = float(b @ value - 0.5 * value @ M @ value) - evidence
-        return Weighed(evidence, value, sd, back(value), cost)
+        coherence = evidence - likeliest(M, b, np.eye(len(b)))[0]
+        return Weighed(evidence, value, sd, back(value), cost, coherence)
 
     def _relearnt(self, tracks: list[int], H: Array, found: Weighed) -> Weighed:
         """Weigh a profile against the noise, as either may be taken for the other.
@@ -245,19 +259,29 @@ def freed(
     return 0.5 * (M + M.T), -(A.T @ r - AJ @ G[:, -1]), back
 
 
-def likeliest(M: Array, b: Array) -> tuple[float, Array, Array]:
-    """Evidence, strengths and their sd under the prior size that is likeliest."""
-    k = len(b)
+def smooth(k: int) -> Array:
+    """Inverse covariance of k strengths of size 1 that change little knot by knot."""
     D = np.diff(np.eye(k), axis=0)
     level = np.full((k, k), 1 / k)  # a mean counts as one figure, not as one a knot
+    inverse: Array = np.eye(k) - level + level / k + D.T @ D / ROUGHNESS**2
+    return inverse
+
+
+def likeliest(M: Array, b: Array, shape: Array) -> tuple[float, Array, Array]:
+    """Evidence, strengths and their sd under the prior size that is likeliest.
+
+    ``shape`` is the prior's inverse covariance at size 1.
+    """
+    k = len(b)
     unit = 1 / (np.sqrt(np.trace(M) / k) or 1.0)
+    least = 0.5 * np.linalg.slogdet(shape)[1]
     best = (0.0, np.zeros(k), np.zeros(k))
     for size in SIZES:
         tau = size * unit
-        P = (np.eye(k) - level + level / k) / tau**2 + D.T @ D / (ROUGHNESS * tau) ** 2
+        P = shape / tau**2
         C = np.linalg.cholesky(M + P + 1e-12 * np.trace(M) / k * np.eye(k))
         y = np.linalg.solve(C, b)
-        half = np.log(np.diag(C)).sum() - 0.5 * np.linalg.slogdet(P)[1]
+        half = np.log(np.diag(C)).sum() - least + k * np.log(tau)
         value = float(0.5 * y @ y - half)
         if value > best[0]:
             inverse = np.linalg.inv(C)

@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.diagnose.candidates import Candidate
-from rcc_sim.diagnose.engine import Engine, Fit, Tangent
+from rcc_sim.diagnose.engine import LEAPS, SETTLED, SHORTER, Engine, Fit, Tangent
 from rcc_sim.diagnose.knobs import Knob
 from rcc_sim.diagnose.noise import Whitener
 from rcc_sim.diagnose.screen import Screen, Screened
+from rcc_sim.errors import InputError
 
 Array = NDArray[np.float64]
 
@@ -35,6 +36,10 @@ LESS_LIKELY = {"iron_loss": 4.0}
 
 TOO_FAR = 3.0
 """Standard deviations beyond which a tolerance that is pulled stands for a cause."""
+
+PROMISING, FOLLOWED = 18.0, 2
+"""Nats that a slope must promise for a candidate to be followed along its curve; and
+how many are, those that promise most."""
 
 SAME_FIGURE = {
     "effects.front_cornering_stiffness.scale": (
@@ -124,6 +129,7 @@ def screened(
     screen = Screen(engine, fit)
     found = [(r, fit) for r in engine.pool.map(screen.best, candidates)]
     found += released(engine, fit, candidates)
+    found += bent(engine, fit, [r for r, _ in found])
     return sorted(found, key=lambda pair: -pair[0].gain)
 
 
@@ -153,6 +159,59 @@ def released(
         start = replace(start, signals=fit.signals, information=fit.information)
         found.append((Screened(keys[key], 0.5 * pull**2, values), start))
     return found
+
+
+def bent(
+    engine: Engine, fit: Fit, found: Sequence[Screened]
+) -> list[tuple[Screened, Fit]]:
+    """Candidates whose slope promises far more than any strength gained, followed.
+
+    Tolerances that stand in for an effect must go back as it grows. Over so long a way
+    their signals are no straight lines, by which alone the screen lets them move.
+    """
+    least = max([PROMISING, *(r.gain for r in found)])
+    gained = {r.candidate.effect: r.gain for r in sorted(found, key=lambda r: r.gain)}
+    worth = [
+        r for r in found if r.promised[0] > max(least, 2 * gained[r.candidate.effect])
+    ]
+    pairs = []
+    for r in sorted(worth, key=lambda r: -r.promised[0])[:FOLLOWED]:
+        key = r.promised[1]
+        neutral = next(s.neutral for s in r.candidate.searches if s.key == key)
+        mine = effect_knobs(replace(r, values={key: fit.values.get(key, neutral)}))
+        knobs = [k for k in fit.knobs if k.key != key] + mine
+        start = {k.key: k.value for k in mine} | fit.values
+        now = followed(engine, engine.evaluate(start, knobs, fit.noise), key)
+        values = {key: now.values[key]}
+        kept = {n: getattr(fit, n) for n in ("knobs", "signals", "information")}
+        moved = Screened(r.candidate, now.score - fit.score, values)
+        pairs.append((moved, replace(now, **kept)))
+    return pairs
+
+
+def followed(engine: Engine, now: Fit, key: str) -> Fit:
+    """Follow one figure as far as it gains, the others giving way along curves.
+
+    At each step it is held until the others have settled: in a narrow valley that
+    bends, a step of all figures at once leads nowhere.
+    """
+    for _ in range(LEAPS):
+        along = engine.tangent(now.values, now.knobs, now.noise)
+        step, _ = engine.step(now, along.white)
+        for share in SHORTER:
+            moved = engine.moved(now, share * step)
+            others = [k for k in now.knobs if k.key != key]
+            try:
+                held = engine.evaluate(moved, others, now.noise)
+            except InputError:  # figures that no such vehicle can have together
+                continue
+            new = engine.improve(held, rounds=2)
+            if new.score > now.score + SETTLED:
+                now = replace(new, knobs=now.knobs)
+                break
+        else:
+            break
+    return now
 
 
 def likely(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from math import inf
@@ -36,6 +37,7 @@ from rcc_sim.diagnose.verdict import (
     standing,
     status_of,
 )
+from rcc_sim.jit import threads
 from rcc_sim.simulate.replay import drive_of
 from rcc_sim.trace import Trace
 
@@ -235,24 +237,34 @@ def diagnose(
         If a log cannot be compared with the vehicle.
     """
     told("where")
-    gaps = tuple(gap(one, vehicle, repeats=repeats) for one in logs)
-    problems = [problem_of(one.log, vehicle) for one in logs]
-    engine = Engine(problems)
-    able = candidates_for(problems, candidates, withheld)
-    found = compete(engine, able, told)
+    with ThreadPoolExecutor(1) as beside:
+        compared = beside.submit(
+            lambda: tuple(gap(one, vehicle, repeats=repeats) for one in logs)
+        )
+        if threads() == 1:
+            wait([compared])
+        try:
+            problems = [problem_of(one.log, vehicle) for one in logs]
+            engine = Engine(problems)
+            able = candidates_for(problems, candidates, withheld)
+            found = compete(engine, able, told)
+        finally:
+            gaps = compared.result()  # what is wrong with a log is said by this
     told("what is left")
     constant = {c.effect: c.keys for c in found.causes if not c.profiles}
     left = remainder(found.engine, found.fit, constant)
-    causes = standing(found, left)
+    causes = standing(found.causes, left, found.fit)
     fit, acting = found.fit, found.engine
     if len(causes) < len(found.causes):
-        fit, acting = _only(engine, found, causes)
+        fit, acting = _only(engine, found, fit, causes)
         left = max(left, remainder(acting, fit), key=lambda r: r.evidence)
     told("what these logs cannot tell apart")
     known = settled(acting, fit, causes, able)
     if known.fit is not fit:
         left = remainder(acting, known.fit)
-    fit, causes = known.fit, known.causes
+    fit, causes = known.fit, standing(known.causes, left, known.fit)
+    if len(causes) < len(known.causes):
+        fit, acting = _only(engine, found, fit, causes)
     told("proof on held-out rows")
     shrink, before, after = _proof(acting, engine, fit, holdouts, vehicle)
     stated = {key: figure.value for key, figure in vehicle.figures().items()}
@@ -277,15 +289,15 @@ def problem_of(log: Trace, vehicle: Vehicle) -> Problem:
 
 
 def _only(
-    engine: Engine, found: Explanation, causes: list[Cause]
+    engine: Engine, found: Explanation, fit: Fit, causes: list[Cause]
 ) -> tuple[Fit, Engine]:
     """Fit again with the causes that stand, from the tolerances on."""
-    gone = {k for c in found.causes if c not in causes for k in c.keys}
+    mine = {k for c in causes for k in c.keys}
     acting = found.engine if any(c.profiles for c in causes) else engine
-    kept = [k for k in found.fit.knobs if k.key not in gone or np.isfinite(k.sd)]
+    kept = [k for k in fit.knobs if k.key in mine or np.isfinite(k.sd)]
     keys = {k.key for k in kept}
     kept += [k for k in found.null.knobs if k.key not in keys]
-    known = found.fit.values | found.null.values
+    known = fit.values | found.null.values
     start = {k.key: known.get(k.key, k.value) for k in kept}
     return acting.fit(start, kept), acting
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
+from math import sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,10 @@ TICK, FINER = 0.001, 9
 
 ANOTHER = 5.0
 """Nats that one more figure of an effect must gain to join the others."""
+
+STRAINED = -6.0
+"""Logarithm of the prior of a fit whose figures may stand in for an effect: together
+three and a half sds off."""
 
 FARTHEST = 10.0
 """Most that one try may reach beyond the last, in times its distance from neutral."""
@@ -40,12 +45,16 @@ class Screened:
         Dotted key -> strength.
     shown : dict
         Dotted key -> what strengths that were tried would show.
+    promised : tuple of float and str
+        Most nats that a slope promised, and the figure's dotted key: more than
+        ``gain`` where the knobs would have to give way along curves.
     """
 
     candidate: Candidate
     gain: float
     values: dict[str, float] = field(default_factory=dict)
     shown: dict[str, list[Shown]] = field(default_factory=dict)
+    promised: tuple[float, str] = (0.0, "")
 
 
 class Screen:
@@ -65,6 +74,7 @@ class Screen:
         r = engine.white(base.residuals, base.noise)
         self.left = self.free(np.concatenate([r, off]))
         self.shown: dict[str, list[Shown]] = {}
+        self.promised: dict[str, float] = {}
 
     def free(self, x: Array) -> Array:
         """Return what the knobs cannot take up."""
@@ -97,10 +107,17 @@ class Screen:
                 break
             best = more
         keys = [search.key for search in candidate.searches]
-        return replace(best, shown={key: self.shown.get(key, []) for key in keys})
+        return replace(
+            best,
+            shown={key: self.shown.get(key, []) for key in keys},
+            promised=max((self.promised.get(key, 0.0), key) for key in keys),
+        )
 
     def best_one(self, candidate: Candidate, held: dict[str, float]) -> Screened:
-        """Return a candidate with one more figure than those that are held."""
+        """Return a candidate with one more figure than those that are held.
+
+        Where several may be off, the first are the plainest.
+        """
         best = Screened(candidate, 0.0)
         for search in candidate.searches:
             if search.key in held:
@@ -110,7 +127,8 @@ class Screen:
                 gain, x = scan(search, held)
             except InputError:  # a strength that no such vehicle can have
                 continue
-            if gain > best.gain:
+            least = best.gain + ANOTHER * (candidate.several and best.gain > 0)
+            if gain > least:
                 best = Screened(candidate, gain, {**held, search.key: x})
         return best
 
@@ -137,6 +155,7 @@ class Screen:
         before = self.signal(held) if held else 0.0
         best = (0.0, start)
         x = search.first
+        bends = self.base.prior < STRAINED
         for _ in range(TRIES):
             x = min(max(x, search.low), search.high)
             if x == start:
@@ -149,7 +168,15 @@ class Screen:
                 continue
             best = max(best, (self.gain(whole), x))
             share = -float((self.left + before) @ d) / size
-            if abs(share - 1) < 0.05 or 0.5 * share**2 * size < 0.5:
+            promise = 0.5 * share**2 * size
+            if abs(share) > 1 and not held:
+                most = max(self.promised.get(search.key, 0.0), promise)
+                self.promised[search.key] = most
+            if bends and abs(share) < 1 and size > 2 * ANOTHER:
+                bends = False  # its slope at the start may be quite another
+                x = start + (x - start) * sqrt(2 / size)
+                continue
+            if abs(share - 1) < 0.05 or promise < 0.5:
                 break
             x = start + (x - start) * min(max(share, -FARTHEST), FARTHEST)
         return best

@@ -2,8 +2,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.stats import multivariate_normal
 
-from rcc_sim.diagnose.profile import freed, likeliest, overlap, windows
+from rcc_sim.diagnose.profile import SIZES, freed, likeliest, overlap, smooth, windows
 
 
 @given(knots=st.integers(2, 40), seed=st.integers(0, 99))
@@ -25,12 +26,37 @@ def linear_case(truth, noise, rng, rows=3000):
 def test_a_profile_is_found_with_its_band_and_nothing_where_there_is_none():
     rng = np.random.default_rng(4)
     truth = np.sin(np.linspace(0, 6, 20))
-    evidence, value, sd = likeliest(*linear_case(truth, 1.0, rng))
+    evidence, value, sd = likeliest(*linear_case(truth, 1.0, rng), smooth(20))
     assert evidence > 100
     assert np.mean(np.abs(value - truth) < 2.6 * sd) > 0.9
-    none, flat, _ = likeliest(*linear_case(0 * truth, 1.0, rng))
+    none, flat, _ = likeliest(*linear_case(0 * truth, 1.0, rng), smooth(20))
     assert none < 5
     assert np.abs(flat).max() < 0.5
+
+
+def test_a_hill_hangs_together_and_a_rough_road_does_not():
+    rng = np.random.default_rng(6)
+    hill = np.sin(np.linspace(0, 9, 60))
+    for truth, sign in ((hill, 1), (rng.permutation(hill), -1)):
+        M, b = linear_case(truth, 1.0, rng)
+        hangs = likeliest(M, b, smooth(60))[0] - likeliest(M, b, np.eye(60))[0]
+        assert sign * hangs > 3
+
+
+def test_the_evidence_is_the_marginal_likelihood_of_both_priors():
+    """Against the density of r itself: N(0, A P^-1 A' + I) to N(0, I)."""
+    rng = np.random.default_rng(7)
+    A = rng.normal(size=(30, 5))
+    r = rng.normal(size=30) * 3
+    for shape in (smooth(5), np.eye(5)):
+        evidence, _, _ = likeliest(A.T @ A, -A.T @ r, shape)
+        unit = 1 / np.sqrt(np.trace(A.T @ A) / 5)
+        each = [
+            multivariate_normal(cov=np.eye(30) + A @ C @ A.T).logpdf(r)
+            for C in (np.linalg.inv(shape) * (s * unit) ** 2 for s in SIZES)
+        ]
+        none = multivariate_normal(cov=np.eye(30)).logpdf(r)
+        assert evidence == pytest.approx(max(each) - none, abs=1e-6)
 
 
 def test_what_a_free_knob_can_do_is_no_profile():
@@ -39,7 +65,7 @@ def test_what_a_free_knob_can_do_is_no_profile():
     A = windows(x, np.linspace(0, 1, 10))
     r = 3.0 + rng.normal(size=3000)
     M, b, _ = freed(A, r, np.ones((3000, 1)), np.array([np.inf]), np.zeros(1))
-    assert likeliest(M, b)[0] < 5
+    assert likeliest(M, b, smooth(10))[0] < 5
 
 
 def test_overlap_is_one_for_the_same_tracks_and_none_apart():

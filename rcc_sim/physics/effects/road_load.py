@@ -21,6 +21,7 @@ EFFECT = Effect(
             bounds=(-100.0, 5000.0),
             typical=(1.0, 250.0),
             about="constant part A",
+            optional=True,
         ),
         Param(
             "b_n_s_per_m",
@@ -28,6 +29,7 @@ EFFECT = Effect(
             bounds=(-50.0, 500.0),
             typical=(-1.0, 12.0),
             about="part B that grows with speed",
+            optional=True,
         ),
         Param(
             "c_n_s2_per_m2",
@@ -35,6 +37,7 @@ EFFECT = Effect(
             bounds=(-1.0, 50.0),
             typical=(0.01, 0.8),
             about="part C that grows with its square",
+            optional=True,
         ),
     ),
     channels=("motor_current_a", "battery_power_w"),

@@ -1,0 +1,50 @@
+"""Candidates that stand behind tolerances which were pulled far."""
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+from rcc_sim.diagnose.candidates import Candidate, Search
+from rcc_sim.diagnose.engine import Engine
+from rcc_sim.diagnose.knobs import Knob
+from rcc_sim.diagnose.refine import refine, screened
+
+FACTOR = Candidate("factor", (Search("factor", 1.0, 0.1, 5.0, 1.1),))
+NOISE = 0.006
+STATED = Knob("stated", 1.0, 0.05, low=0.05)
+
+
+@pytest.fixture
+def engine():
+    """A decay that an effect speeds up by half, beside its stated rate."""
+    rng = np.random.default_rng(3)
+    t = np.linspace(0, 3, 4000)
+    seen = np.exp(-1.5 * t) + NOISE * rng.normal(size=len(t))
+    engine = object.__new__(Engine)  # without a log
+    engine.problems = ()
+    engine.pool = ThreadPoolExecutor(1)
+    engine.tracks = [(0, "seen")]
+    engine.valid = [np.ones(len(t), dtype=bool)]
+    engine.grows_with, engine.edges, engine.least = [[]], [[]], [0.0]
+    engine.residuals = lambda v, coarse=False: [
+        seen - np.exp(-v["stated"] * v.get("factor", 1.0) * t)
+    ]
+    engine.gains = lambda less, more: np.full(25, (more.score - less.score) / 21)
+    return engine
+
+
+def test_a_figure_far_off_gives_way_to_the_effect_that_multiplies_it(engine):
+    null = engine.fit({}, [STATED])
+    assert null.values["stated"] == pytest.approx(1.5, abs=0.01)  # ten sds, 50 nats
+    best = refine(engine, null, screened(engine, null, [FACTOR]))[0]
+    assert best.fit.values["factor"] == pytest.approx(
+        1.5, abs=0.05
+    )  # it cannot be told better
+    assert best.fit.values["stated"] == pytest.approx(1.0, abs=0.04)
+    assert best.gain == pytest.approx(50, rel=0.05)
+
+
+def test_nothing_is_followed_where_the_figures_are_as_stated(engine):
+    null = engine.fit({}, [Knob("stated", 1.5, 0.05)])
+    assert max(r.gain for r, _ in screened(engine, null, [FACTOR])) < 3

@@ -1,0 +1,86 @@
+"""An effect that sums up others, and figures of it that are found one by one."""
+
+import numpy as np
+import pytest
+
+from rcc_sim.analyse.logged import open_log
+from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose.candidates import candidates_for
+from rcc_sim.diagnose.compete import Cause, free_of, taken_in
+from rcc_sim.diagnose.problem import Problem
+from rcc_sim.diagnose.run import diagnose
+from rcc_sim.simulate.replay import drive_of, replay
+from rcc_sim.trace import Trace
+
+A, B = 1.266, 0.7393  # N, N s/m, of the file
+
+
+@pytest.fixture(scope="module")
+def car():
+    return load_vehicle("dart_jetracer")
+
+
+@pytest.fixture(scope="module")
+def log(car):
+    """The car as it is, by its throttle: pulses from standstill, coasting between."""
+    rng = np.random.default_rng(4)
+    t = np.arange(0, 60, 0.02)
+    throttle = np.where(t % 6 < 2.5, 0.25 + 0.02 * np.floor(t / 6), 0.0)
+    blank = np.zeros(len(t))
+    trace = Trace(
+        {"time_s": t, "throttle": throttle, "speed_mps": blank, "steer_cmd_rad": blank}
+    )
+    out = replay(car, drive_of(trace, car))
+    speed = out["speed_mps"] + 0.01 * rng.normal(size=len(t))
+    return Trace(trace.columns | {"speed_mps": np.round(speed, 3)}, name="pulses")
+
+
+def test_the_sum_that_was_withheld_stands_for_its_parts(car, log):
+    bare = car.changed(without=("road_load",))
+    problem = Problem(bare, log, drive_of(log, bare))
+    named = {c.effect for c in candidates_for([problem], withheld=["road_load"])}
+    assert "road_load" in named
+    parts = {"rolling_resistance", "drivetrain_friction", "drivetrain_damping"}
+    assert not named & (parts | {"aerodynamic_drag", "iron_loss"})
+    free = {c.effect for c in candidates_for([problem])}
+    assert parts < free
+    assert "road_load" not in free
+
+
+@pytest.mark.slow
+def test_a_withheld_road_load_is_found_figure_by_figure(car, log, tmp_path):
+    path = tmp_path / "pulses.csv"
+    rows = np.column_stack(list(log.columns.values()))
+    np.savetxt(path, rows, delimiter=",", header=",".join(log.columns), comments="")
+    bare = car.changed(without=("road_load",))
+    found = diagnose([open_log(path, bare)], bare, withheld=["road_load"])
+    (one,) = found.asserted
+    assert one.cause.effect == "road_load"
+    force = sum(
+        e.value * 1.5 ** "abc".index(name[0]) for name, e in one.figures.items()
+    )
+    assert force == pytest.approx(A + 1.5 * B - 1.5**2 * 0.1123, rel=0.1)
+
+
+def test_more_figures_of_an_effect_join_those_it_has():
+    one = Cause("road_load", ("b",), 60.0)
+    other = Cause("payload", ("m",), 40.0)
+    more = taken_in([one, other], Cause("road_load", ("a",), 30.0))
+    assert [(c.effect, c.keys, c.gain) for c in more] == [
+        ("payload", ("m",), 40.0),
+        ("road_load", ("b", "a"), 90.0),
+    ]
+
+
+def test_a_figure_that_was_found_is_not_looked_for_again(car, log):
+    bare = car.changed(without=("road_load",))
+    problem = Problem(bare, log, drive_of(log, bare))
+    able = candidates_for([problem], withheld=["road_load"])
+    taken = Cause("road_load", ("effects.road_load.b_n_s_per_m",), 60.0)
+    (rest,) = [c for c in free_of(able, [taken]) if c.effect == "road_load"]
+    assert {s.key.rpartition(".")[2] for s in rest.searches} == {
+        "a_n",
+        "c_n_s2_per_m2",
+    }
+    single = Cause("payload", ("effects.payload.mass_kg",), 60.0)
+    assert "payload" not in {c.effect for c in free_of(able, [single])}
