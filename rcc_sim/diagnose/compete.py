@@ -251,10 +251,11 @@ def is_clear(
 ) -> bool:
     """Tell whether a profile is to be taken in before the best constant cause.
 
-    It must also beat the same effect held constant. All gains are by the same noise.
+    It must also beat the best constant cause, and the same effect held constant, if
+    there is one that would be taken in. All gains are by the same noise.
     """
     enough = min(enough_of(p) for p in varying.profiles.values())
-    same = held.get(varying.effect, 0.0) + enough / 2
+    same = held.get(varying.effect, 0.0) + enough / 2 if one else 0.0
     needed = max(enough, needed_gain(causes, varying.shares), same)
     if varying.gain <= needed:
         return False

@@ -139,11 +139,18 @@ def released(
     """Candidates in place of tolerances that were pulled too far.
 
     A figure that is far from what the file states is an effect that acts on it: the
-    figure goes back and the effect takes its part over.
+    figure goes back and the effect takes its part over. One that is the effect's own,
+    as a motor's lag, stays where it is; no strength on a grid comes nearer.
     """
     keys = {s.key: c for c in candidates for s in c.searches}
     knobs = {k.key: k for k in fit.knobs}
     found = []
+    for key in (s.key for c in candidates for s in c.searches if s.grid):
+        if key in knobs and knobs[key].sd < inf:
+            pull = (fit.values[key] - knobs[key].value) / knobs[key].sd
+            if abs(pull) > TOO_FAR:
+                one = Screened(keys[key], 0.5 * pull**2, {key: fit.values[key]})
+                found.append((one, fit))
     for key, (figure, is_ratio) in SAME_FIGURE.items():
         knob = knobs.get(figure)
         if key not in keys or knob is None or not knob.sd < inf:

@@ -48,3 +48,14 @@ def test_a_figure_far_off_gives_way_to_the_effect_that_multiplies_it(engine):
 def test_nothing_is_followed_where_the_figures_are_as_stated(engine):
     null = engine.fit({}, [Knob("stated", 1.5, 0.05)])
     assert max(r.gain for r, _ in screened(engine, null, [FACTOR])) < 3
+
+
+def test_an_effects_own_figure_that_was_pulled_far_is_the_effect(engine):
+    """No strength of its grid comes as near as where the tolerance went."""
+    null = engine.fit({}, [STATED])
+    grid = Candidate("own", (Search("stated", 1.0, 0.1, 5.0, 1.2, grid=(1.2, 1.9)),))
+    best = refine(engine, null, screened(engine, null, [grid]))[0]
+    assert best.fit.values["stated"] == pytest.approx(1.5, abs=0.01)
+    assert best.gain == pytest.approx(-null.prior, rel=0.05)
+    near = engine.fit({}, [Knob("stated", 1.5, 0.05)])
+    assert max(r.gain for r, _ in screened(engine, near, [grid])) <= 0
