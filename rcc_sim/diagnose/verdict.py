@@ -17,9 +17,6 @@ WITHDRAWN = 0.2
 193 drives of the blind plant, 0.12 at most in the tracks of causes that acted, 0.26 to
 10 in those of causes that did not."""
 
-LOUD = 1.5 * UNKNOWN_ENOUGH
-"""Nats below which a remainder makes a cause doubtful and does not withdraw it."""
-
 SOFT = 4.0
 """Nats by which odds grow by e: model error blunts a likelihood by about so much."""
 
@@ -61,13 +58,19 @@ def standing(causes: Sequence[Cause], left: Remainder, fit: Fit) -> list[Cause]:
     now = [
         c if c.profiles else replace(c, shares=shares_of(fit, c.keys)) for c in causes
     ]
-    if not left.is_real:
-        return now
     return [
-        c
-        for c in now
-        if left.against(c.effect, c.shares) <= max(WITHDRAWN * c.gain, LOUD)
+        c for c in now if left.against(c.effect, c.shares) <= most_left(c.gain, left)
     ]
+
+
+def most_left(gain: float, left: Remainder) -> float:
+    """Nats beyond which something unknown speaks against a cause that gained so many.
+
+    A weak remainder only where it is likelier than the cause itself.
+    """
+    if left.is_real:
+        return max(WITHDRAWN * gain, UNKNOWN_ENOUGH)
+    return max(gain, ENOUGH)
 
 
 def status_of(causes: list[Cause], left: Remainder) -> str:
