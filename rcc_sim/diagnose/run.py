@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from math import inf
@@ -37,7 +36,6 @@ from rcc_sim.diagnose.verdict import (
     standing,
     status_of,
 )
-from rcc_sim.jit import threads
 from rcc_sim.simulate.replay import drive_of
 from rcc_sim.trace import Trace
 
@@ -237,19 +235,11 @@ def diagnose(
         If a log cannot be compared with the vehicle.
     """
     told("where")
-    with ThreadPoolExecutor(1) as beside:
-        compared = beside.submit(
-            lambda: tuple(gap(one, vehicle, repeats=repeats) for one in logs)
-        )
-        if threads() == 1:
-            wait([compared])
-        try:
-            problems = [problem_of(one.log, vehicle) for one in logs]
-            engine = Engine(problems)
-            able = candidates_for(problems, candidates, withheld)
-            found = compete(engine, able, told)
-        finally:
-            gaps = compared.result()  # what is wrong with a log is said by this
+    gaps = tuple(gap(one, vehicle, repeats=repeats) for one in logs)
+    problems = [problem_of(one.log, vehicle) for one in logs]
+    engine = Engine(problems)
+    able = candidates_for(problems, candidates, withheld)
+    found = compete(engine, able, told)
     told("what is left")
     constant = {c.effect: c.keys for c in found.causes if not c.profiles}
     left = remainder(found.engine, found.fit, constant)
