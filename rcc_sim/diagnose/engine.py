@@ -244,10 +244,7 @@ class Engine:
                     np.zeros_like(e) - added.get(i, 0.0) for i, e in enumerate(base)
                 ]
             for wider in WIDER if k.sd == inf else WIDER[:1]:
-                h = wider * k.stride
-                up, down = k.high - values[k.key], values[k.key] - k.low
-                if h > up:  # towards the farther bound
-                    h = -min(h, down) if down >= up else up
+                h = k.inward(values[k.key], wider)
                 new = self.residuals({**values, k.key: values[k.key] + h}, coarse=True)
                 change = [(a - b) / h for a, b in zip(new, base, strict=True)]
                 if any(np.nan_to_num(c).any() for c in change):

@@ -65,9 +65,12 @@ class Knob:
             return self.step
         return 0.5 * self.sd if self.sd < inf else 1e-3 * (abs(self.value) or 1.0)
 
-    def inward(self, value: float) -> float:
+    def inward(self, value: float, wider: float = 1.0) -> float:
         """Step of a finite difference from a value that does not leave the bounds."""
-        return self.stride if value + self.stride <= self.high else -self.stride
+        step, up, down = wider * self.stride, self.high - value, value - self.low
+        if step <= up:
+            return step
+        return -min(step, down) if down >= up else up
 
 
 def tolerance_knobs(problem: Problem) -> list[Knob]:

@@ -51,9 +51,8 @@ class Profile:
         Log of the marginal likelihood ratio to no profile. [nats]
     beside_drift : bool
         Whether it was weighed together with the drift of a sensor.
-    coherence : float
-        Nats by which strengths that change little from knot to knot are likelier than
-        such as know nothing of each other.
+    normal : tuple of ndarray or None
+        Normal equations of the strengths; None where they were weighed with a drift.
     """
 
     key: str
@@ -63,7 +62,17 @@ class Profile:
     sd: Array
     evidence: float
     beside_drift: bool = False
-    coherence: float = inf
+    normal: tuple[Array, Array] | None = None
+
+    @property
+    def coherence(self) -> float:
+        """Nats by which strengths that change little from knot to knot are likelier.
+
+        Than such as know nothing of each other; infinite beside a drift.
+        """
+        if self.normal is None:
+            return inf
+        return self.evidence - likeliest(*self.normal, np.eye(len(self.knots)))[0]
 
     def at(self, x: Array) -> Array:
         """Strength at a coordinate; the ends hold beyond them."""
@@ -107,7 +116,7 @@ class Weighed:
     sd: Array
     knobs: Array
     cost: float
-    coherence: float
+    normal: tuple[Array, Array]
 
 
 class Probe:
@@ -153,7 +162,7 @@ class Probe:
             found.sd,
             found.evidence,
             drifts,
-            inf if drifts else found.coherence,
+            None if drifts else found.normal,
         )
 
     def sharper(self, profile: Profile, log: int, x: Array) -> Profile:
@@ -201,8 +210,7 @@ class Probe:
         M, b, back = freed(A, r, J, np.array([k.sd for k in fit.knobs]), off)
         evidence, value, sd = likeliest(M, b, smooth(len(b)))
         cost = float(b @ value - 0.5 * value @ M @ value) - evidence
-        coherence = evidence - likeliest(M, b, np.eye(len(b)))[0]
-        return Weighed(evidence, value, sd, back(value), cost, coherence)
+        return Weighed(evidence, value, sd, back(value), cost, (M, b))
 
     def _relearnt(self, tracks: list[int], H: Array, found: Weighed) -> Weighed:
         """Weigh a profile against the noise, as either may be taken for the other.
