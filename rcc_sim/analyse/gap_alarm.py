@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -102,10 +101,8 @@ def _noise(means: Array) -> float:
 
 
 def _solved(shifts: Array, noises: Array, counts: Array) -> float:
-    from scipy.optimize import brentq
     from scipy.special import log_ndtr, ndtr
 
-    @cache
     def quiet(limit: float) -> float:
         above = ndtr((-limit - shifts) / noises) + ndtr((shifts - limit) / noises)
         calm = np.where(above < 0.5, np.log1p(-np.minimum(above, 0.5)), 0.0)
@@ -116,9 +113,16 @@ def _solved(shifts: Array, noises: Array, counts: Array) -> float:
 
     if quiet(LEAST) >= 1 - FALSE:
         return LEAST
-    if quiet(MOST) < 1 - FALSE:
-        return MOST
-    return float(brentq(lambda x: quiet(x) - (1 - FALSE), LEAST, MOST, xtol=PRECISE))
+    low, high = LEAST, MOST
+    if quiet(high) < 1 - FALSE:
+        return high
+    while high - low > PRECISE:
+        middle = 0.5 * (low + high)
+        if quiet(middle) < 1 - FALSE:
+            low = middle
+        else:
+            high = middle
+    return high
 
 
 def strongest_first(

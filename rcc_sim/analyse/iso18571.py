@@ -24,6 +24,10 @@ MOST_MAGNITUDE, MOST_SLOPE = 0.5, 2.0
 WEIGHTS = (0.4, 0.2, 0.2, 0.2)
 """Of corridor, phase, magnitude and slope."""
 
+LEVEL = 1e-12
+"""Correlation within which two shifts do equally well; and share of a curve's variance
+below which a part of it is level. [1]"""
+
 SMOOTHED = 9
 """Rows that a slope is averaged over."""
 
@@ -65,17 +69,29 @@ def corridor(reference: Array, other: Array) -> float:
 
 
 def best_shift(reference: Array, other: Array) -> int:
-    """Return the rows by which ``other`` lags (> 0) where the two correlate best."""
-    best, at = float(np.corrcoef(reference, other)[0, 1]), 0
-    for k in range(1, int(np.floor(len(other) * MOST_SHIFT)) + 1):
-        for shift in (k, -k):
-            r, o = shifted(reference, other, shift)
-            if min(np.ptp(r), np.ptp(o)) <= 0:
-                continue
-            found = float(np.corrcoef(r, o)[0, 1])
-            if found > best:
-                best, at = found, shift
-    return at
+    """Return the rows by which ``other`` lags (> 0) where the two correlate best.
+
+    Of shifts that do equally well, the least.
+    """
+    n = len(reference)
+    most = int(np.floor(n * MOST_SHIFT))
+    k = np.array([0] + [s for at in range(1, most + 1) for s in (at, -at)])
+    r, o = reference - reference.mean(), other - other.mean()
+    rows = n - np.abs(k)
+
+    def sums(x: Array, start: NDArray[np.intp]) -> Array:
+        total = np.concatenate([[0.0], np.cumsum(x)])
+        return np.asarray(total[start + rows] - total[start])
+
+    of_r, of_o = np.maximum(-k, 0), np.maximum(k, 0)
+    sum_r, sum_o = sums(r, of_r), sums(o, of_o)
+    var_r = sums(r * r, of_r) - sum_r**2 / rows
+    var_o = sums(o * o, of_o) - sum_o**2 / rows
+    both = np.correlate(o, r, "full")[n - 1 + k] - sum_r * sum_o / rows
+    least_r, least_o = (LEVEL * float(x @ x) for x in (r, o))
+    varies = (var_r > least_r) & (var_o > least_o)
+    alike = np.where(varies, both / np.sqrt(np.where(varies, var_r * var_o, 1.0)), -1.0)
+    return int(k[np.argmax(alike >= alike.max() - LEVEL)])
 
 
 def shifted(reference: Array, other: Array, shift: int) -> tuple[Array, Array]:

@@ -7,6 +7,7 @@ import difflib
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -94,6 +95,10 @@ class Vehicle:
 
     def figures(self) -> dict[str, Figure]:
         """Dotted key -> figure, of everything that the file states."""
+        return dict(self._figures)
+
+    @cached_property
+    def _figures(self) -> dict[str, Figure]:
         found: dict[str, Figure] = {}
         for table in TABLES:
             part = getattr(self, table)
@@ -113,7 +118,7 @@ class Vehicle:
         InputError
             If the file does not state it; ``why`` says what needs it.
         """
-        found = self.figures().get(key)
+        found = self._figures.get(key)
         if found is None:
             reason = f" ({why})" if why else ""
             raise InputError(
@@ -121,7 +126,7 @@ class Vehicle:
             )
         return found
 
-    @property
+    @cached_property
     def known(self) -> dict[str, Effect]:
         """Effect id -> effect: those shipped, and the vehicle's own."""
         return {**EFFECTS, **{name: own.effect for name, own in self.own.items()}}
@@ -156,14 +161,18 @@ class Vehicle:
         files : tuple of str
             Python files with effects of the user's own, to be known besides.
         """
-        raw = copy.deepcopy(self.raw)
+        raw = dict(self.raw)
+        if effects or without or files:
+            raw["effects"] = copy.deepcopy(raw.get("effects", {}))
         for key, value in (settings or {}).items():
             node = raw
             *tables, last = key.split(".")
             for table in tables:
-                node = node.setdefault(table, {})
-                if not isinstance(node, dict):
+                inner = node.get(table, {})
+                if not isinstance(inner, dict):
                     raise InputError(f"{key}: no such key in a vehicle file")
+                node[table] = dict(inner)
+                node = node[table]
             if not tables:
                 raise InputError(
                     f"{key}: no such key in a vehicle file",
@@ -182,7 +191,7 @@ class Vehicle:
                 )
         for name, params in (effects or {}).items():
             raw.setdefault("effects", {}).setdefault(name, {}).update(params)
-        return build(raw, path=self.path, origin=self.origin)
+        return build(raw, path=self.path, origin=self.origin, like=self)
 
 
 def load_vehicle(name: str | Path) -> Vehicle:
@@ -200,8 +209,16 @@ def load_vehicle(name: str | Path) -> Vehicle:
     return build(resolved(path), path=path, origin=origin)
 
 
-def build(raw: dict[str, Any], *, path: Path | None, origin: str = "") -> Vehicle:
+def build(
+    raw: dict[str, Any],
+    *,
+    path: Path | None,
+    origin: str = "",
+    like: Vehicle | None = None,
+) -> Vehicle:
     """Check the tables of a vehicle and return it.
+
+    Tables that are the very ones of a vehicle that it is ``like`` are sound already.
 
     Raises
     ------
@@ -215,7 +232,8 @@ def build(raw: dict[str, Any], *, path: Path | None, origin: str = "") -> Vehicl
             raise _unknown(where, name, known)
         if not isinstance(table, dict):
             raise InputError(f"{where}: {name}: should be a table, [{name}]")
-    _refuse_unknown_keys(raw, where)
+    sound = {n for n in TABLES if like and n in raw and raw[n] is like.raw.get(n)}
+    _refuse_unknown_keys({n: raw[n] for n in raw if n not in sound}, where)
     for name in ALWAYS:
         if name not in raw:
             raise InputError(
@@ -223,7 +241,9 @@ def build(raw: dict[str, Any], *, path: Path | None, origin: str = "") -> Vehicl
                 f"a vehicle always has {', '.join(f'[{t}]' for t in ALWAYS)}",
             )
     parts: dict[str, Any] = {
-        name: _checked(model, raw.get(name, {}), where, name)
+        name: getattr(like, name)
+        if name in sound
+        else _checked(model, raw.get(name, {}), where, name)
         for name, model in TABLES.items()
         if name in raw or name in ("motor", "battery")
     }

@@ -81,6 +81,34 @@ class Nats:
 
 
 @dataclass(frozen=True)
+class Seen:
+    """The log of a leg, and by what noise its channels would be judged.
+
+    Parameters
+    ----------
+    problem : Problem
+        The log.
+    noise : list of Whitener
+        Of each channel.
+    counted : list of ndarray of bool
+        Rows of each channel that count.
+    """
+
+    problem: Problem
+    noise: list[Whitener]
+    counted: list[NDArray[np.bool_]]
+
+    def white(self, tracks: Sequence[Array]) -> Array:
+        """Return changes of the channels in units of the noise."""
+        return np.concatenate(
+            [
+                w(np.where(ok, np.nan_to_num(x), 0.0))
+                for w, ok, x in zip(self.noise, self.counted, tracks, strict=True)
+            ]
+        )
+
+
+@dataclass(frozen=True)
 class Driven:
     """A run driven under each hypothesis.
 
@@ -95,7 +123,7 @@ class Driven:
     """
 
     run: Run
-    logs: dict[str, list[Problem]]
+    logs: dict[str, list[Seen]]
     apart: dict[tuple[str, str], Array]
 
     @property
@@ -179,7 +207,7 @@ class Bench:
         ratio = [_variance(before, i) / _variance(after, i) for i in places]
         return 0.5 * float(np.log(max(ratio)))
 
-    def leg(self, run: Run, leg: Leg, fit: Fit) -> Problem:
+    def leg(self, run: Run, leg: Leg, fit: Fit) -> Seen:
         """Return the log of a leg, without noise, if a fit is the truth."""
         columns = {"time_s": leg.time, self.level: leg.level}
         if self.steered:
@@ -189,23 +217,37 @@ class Bench:
         out = replay(self.vehicle.changed(settings=settings), first)
         seen = {c: out[c] for c in (*self.channels, "speed_mps", "yaw_rate_radps")}
         log = Trace(seen | columns, name=run.do)
-        return Problem(self.vehicle, log, drive_of(log, self.vehicle, self.window))
+        drive = drive_of(log, self.vehicle, self.window)
+        problem = Problem(self.vehicle, log, drive)
+        noise = [self.noise_of(problem, k, c) for k, c in enumerate(self.channels)]
+        # what never changes tells of an offset all the same
+        every = np.ones(len(leg.time), bool)
+        counted = [problem.known(c) if np.ptp(log[c]) else every for c in self.channels]
+        return Seen(problem, noise, counted)
+
+    def noise_of(self, log: Problem, k: int, channel: str) -> Whitener:
+        """Return the noise of a channel in a log without any."""
+        x = log.log[channel]
+        parts = [np.ones(len(x)), log.speed**2, local_range(x) ** 2]
+        scale = np.sqrt(self.scales[k] @ np.stack(parts))
+        every = np.ones(len(x), bool)  # logs of two hypotheses judge other rows
+        return replace(self.noise[k], scale=scale, valid=every)
 
     def seen(
-        self, run: Run, logs: Sequence[Problem], values: dict[str, float]
+        self, run: Run, logs: Sequence[Seen], values: dict[str, float]
     ) -> list[list[Array]]:
         """Return what some figures predict of each leg, channel by channel."""
         legs = []
         for leg, log in zip(run.legs, logs, strict=True):
             settings = at_place(self.vehicle, figures_of(values), run.where, leg.back)
-            out = log.predict(settings, coarse=True)  # for differences alone
+            out = log.problem.predict(settings, coarse=True)  # for differences alone
             legs.append([out[c] for c in self.channels])
         return legs
 
     def change(
         self,
         run: Run,
-        logs: Sequence[Problem],
+        logs: Sequence[Seen],
         start: list[list[Array]],
         values: dict[str, float],
     ) -> Array:
@@ -213,30 +255,16 @@ class Bench:
         legs = zip(logs, self.seen(run, logs, values), start, strict=True)
         return np.concatenate(
             [
-                self.white(log, [x - y for x, y in zip(new, old, strict=True)])
+                log.white([x - y for x, y in zip(new, old, strict=True)])
                 for log, new, old in legs
             ]
         )
-
-    def white(self, log: Problem, tracks: Sequence[Array]) -> Array:
-        """Return changes of the channels in units of the log's noise."""
-        judged = dict(zip(log.channels, log.judged, strict=True))
-        parts = []
-        for c, w, shares, x in zip(
-            self.channels, self.noise, self.scales, tracks, strict=True
-        ):
-            parts_of = [np.ones(len(x)), log.speed**2, local_range(log.log[c]) ** 2]
-            scale = np.sqrt(shares @ np.stack(parts_of))
-            every = np.ones(len(x), bool)  # logs of two hypotheses judge other rows
-            counted = np.where(judged.get(c, every), np.nan_to_num(x), 0.0)
-            parts.append(replace(w, scale=scale, valid=every)(counted))
-        return np.concatenate(parts)
 
     def signals(
         self,
         run: Run,
         fit: Fit,
-        logs: Sequence[Problem],
+        logs: Sequence[Seen],
         knobs: Sequence[Knob] | None = None,
     ) -> dict[str, Array]:
         """Return the whitened signal of each knob of a fit in a run."""
@@ -258,15 +286,15 @@ class Bench:
             h = k.inward(x)
             return self.change(run, logs, start, {**fit.values, k.key: x + h}) / h
 
-        each = self.engine.pool.map(one, wanted)
+        each = self.engine.each(one, wanted)
         return {k.key: signal for k, signal in zip(wanted, each, strict=True)}
 
-    def offset(self, logs: Sequence[Problem], column: str) -> Array:
+    def offset(self, logs: Sequence[Seen], column: str) -> Array:
         """Return what an offset of one sensor changes."""
         parts = []
         for log in logs:
-            one = np.ones(len(log.speed))
-            parts.append(self.white(log, [one * (c == column) for c in self.channels]))
+            one = np.ones(len(log.problem.speed))
+            parts.append(log.white([one * (c == column) for c in self.channels]))
         return np.concatenate(parts)
 
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from math import inf
+from threading import current_thread
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +30,8 @@ from rcc_sim.simulate.smooth import is_rough
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+T = TypeVar("T")
+R = TypeVar("R")
 
 MEMORY = 3.0
 """Time over which the noise may remember, a rough road's above all. [s]"""
@@ -46,6 +50,12 @@ STRETCHES = 25
 WIDER = (1.0, 10.0, 100.0)
 """Times by which the step along a figure that is to be found widens until it changes
 something: a threshold may move between two ticks and change nothing."""
+
+THREAD = "rccsim-engine"
+"""What the names of the pool's threads begin with."""
+
+BENT = (1, 3)
+"""Rounds of a fit before which signals are found anew, bent by then."""
 
 LEAPS, SETTLED = 4, 0.5
 """Times that signals are found anew at most, and nats below which no more."""
@@ -131,7 +141,7 @@ class Engine:
 
     def __init__(self, problems: Sequence[Problem]) -> None:
         self.problems = tuple(problems)
-        self.pool = ThreadPoolExecutor(threads())
+        self.pool = ThreadPoolExecutor(threads(), THREAD)
         self.tracks = [(i, c) for i, p in enumerate(problems) for c in p.channels]
         self.valid, self.grows_with, self.edges, self.least = [], [], [], []
         for p in problems:
@@ -168,24 +178,19 @@ class Engine:
 
     def learn_noise(self, residuals: list[Array]) -> list[Whitener]:
         """Noise model of each track, from what a fit leaves."""
-        every = zip(
-            residuals,
-            self.valid,
-            self.grows_with,
-            self.edges,
-            self.least,
-            strict=True,
-        )
-        return [fit_whitener(*track) for track in every]
+        return self.learn_noise_of(range(len(self.tracks)), residuals)
 
-    def learn_noise_of(self, tracks: list[int], left: list[Array]) -> list[Whitener]:
+    def learn_noise_of(
+        self, tracks: Sequence[int], left: Sequence[Array]
+    ) -> list[Whitener]:
         """Noise model of some tracks, from what is left in them."""
-        return [
-            fit_whitener(
-                e, self.valid[i], self.grows_with[i], self.edges[i], self.least[i]
-            )
-            for i, e in zip(tracks, left, strict=True)
-        ]
+        left_in = dict(zip(tracks, left, strict=True))
+
+        def one(i: int) -> Whitener:
+            known = (self.valid[i], self.grows_with[i], self.edges[i], self.least[i])
+            return fit_whitener(left_in[i], *known)
+
+        return self.each(one, tracks)
 
     def loglik(self, residuals: list[Array], noise: list[Whitener]) -> float:
         """Log-likelihood of residuals."""
@@ -251,36 +256,58 @@ class Engine:
                     break
             return change
 
-        # few knobs are moved from within the pool's own threads
-        each = map(one, knobs) if len(knobs) < 4 else self.pool.map(one, knobs)
-        return list(each)
+        return self.each(one, knobs)
+
+    def each(self, do: Callable[[T], R], many: Sequence[T]) -> list[R]:
+        """Do the same with each of many things, side by side.
+
+        Within the pool's own threads, in turn: one that waits for others holds them up.
+        """
+        inside = current_thread().name.startswith(THREAD)
+        alone = inside or len(many) < 2
+        return list(map(do, many) if alone else self.pool.map(do, many))
 
     def fit(self, start: dict[str, float], knobs: Sequence[Knob]) -> Fit:
         """Maximum a posteriori under the noise that it leaves."""
         now = self.evaluate({**{k.key: k.value for k in knobs}, **start}, knobs)
+        now = replace(now, signals=self.signals(now.values, now.knobs))
         for rounds in (2, 6):
-            now = self.improve(now, rounds=rounds)
+            along = self.whitened(now.signals, now.noise)
+            now = self.improve(now, tangent=along, anew=BENT, rounds=rounds)
             learnt = self.learn_noise(now.residuals)
             loglik = self.loglik(now.residuals, learnt)
             now = replace(now, noise=learnt, loglik=loglik)
         return now
 
-    def improve(self, now: Fit, *, tangent: Tangent | None = None, rounds: int) -> Fit:
+    def improve(
+        self,
+        now: Fit,
+        *,
+        tangent: Tangent | None = None,
+        anew: Sequence[int] = (),
+        rounds: int,
+    ) -> Fit:
         """Return a better fit under the same noise, after some rounds at most.
 
-        The tangent is found anew at the start and as knobs move, unless it is given.
+        The tangent is found at the start, unless it is given, and in some of the
+        rounds ``anew``, as the knobs move.
         """
-        along = tangent or Tangent([], np.zeros((0, 0)))
+        stale = bool(anew)
+        if tangent is None:
+            tangent, anew = self.tangent(now.values, now.knobs, now.noise), BENT
         for turn in range(rounds):
-            if tangent is None and turn in (0, 1, 3):
-                along = self.tangent(now.values, now.knobs, now.noise)
-            step, H = self.step(now, along.white)
-            now = replace(now, information=H, signals=along.signals)
+            if turn in anew:
+                tangent = self.tangent(now.values, now.knobs, now.noise)
+                stale = False
+            step, H = self.step(now, tangent.white)
+            now = replace(now, information=H, signals=tangent.signals)
             new = self.line_search(now, step)
             if new is None:
+                if stale:  # found where the figures were before
+                    continue
                 break
             gain = new.score - now.score
-            now = replace(new, information=H, signals=along.signals)
+            now = replace(new, information=H, signals=tangent.signals)
             if gain < 0.05 and turn > 0:
                 break
         return now
@@ -295,8 +322,11 @@ class Engine:
         """Signals as they are and whitened."""
         rows = sum(int(w.valid.sum()) for w in noise)
         white = np.empty((len(J), rows))
-        for row, tracks in zip(white, J, strict=True):
-            row[:] = self.white(tracks, noise)
+
+        def one(i: int) -> None:
+            white[i] = self.white(J[i], noise)
+
+        self.each(one, range(len(J)))
         return Tangent(J, white.T)
 
     def step(self, now: Fit, A: Array, rows: Mask | None = None) -> tuple[Array, Array]:

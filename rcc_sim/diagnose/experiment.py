@@ -132,7 +132,7 @@ def best_of(
 
     Two that do the same in every run do not hide what tells the others.
     """
-    driven = [d for d in bench.engine.pool.map(bench.drive(tied), bench.runs) if d]
+    driven = [d for d in bench.engine.each(bench.drive(tied), bench.runs) if d]
     driven.sort(key=lambda d: -d.most)
     found: list[Experiment] = []
     for one in driven:

@@ -7,6 +7,7 @@ so that it shows in power in proportion to speed) and that remembers the recent 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from math import inf
 
@@ -34,10 +35,11 @@ is missing in the model would be learnt as a memory. That of other sensors is re
 
 def local_range(x: Array, rows: int = 7) -> Array:
     """How far a channel moves within some rows: where timing matters."""
-    from scipy.ndimage import maximum_filter1d, minimum_filter1d
-
-    x = np.where(np.isfinite(x), x, 0.0)
-    return maximum_filter1d(x, rows) - minimum_filter1d(x, rows)
+    half = rows // 2
+    x = np.pad(np.where(np.isfinite(x), x, 0.0), half, mode="symmetric")
+    near = np.stack([x[i : len(x) - 2 * half + i] for i in range(2 * half + 1)])
+    found: Array = near.max(axis=0) - near.min(axis=0)
+    return found
 
 
 def lag_edges(rate: float, memory: float, rows: int) -> list[int]:
@@ -81,13 +83,23 @@ class Whitener:
         if self.turned is not None:
             return self.turned @ np.where(np.isfinite(e[self.valid]), e[self.valid], 0)
         wide = np.ascontiguousarray(e.T) if e.ndim > 1 else e[None, :]
-        z = np.where(self.valid, wide, 0.0) / (self.scale * self.sigma)
+        z = np.where(self.valid, wide, 0.0)
+        z /= self._unit
         if len(self.memory):
-            edges, share = np.array(self.edges), self.memory / np.diff(self.edges)
-            weight = np.diff(share, prepend=0.0, append=0.0)
+            edges, weight = self._ends
             compiled(take_foreseen)(z, edges, weight, np.zeros(len(e) + 1))
         w = z[:, self.valid]
         return w.T if e.ndim > 1 else w[0]
+
+    @cached_property
+    def _unit(self) -> Array:
+        return self.scale * self.sigma
+
+    @cached_property
+    def _ends(self) -> tuple[NDArray[np.intp], Array]:
+        """Edges of the blocks, and the weight of the running total at each."""
+        share = self.memory / np.diff(self.edges)
+        return np.array(self.edges), np.diff(share, prepend=0.0, append=0.0)
 
 
 @jit

@@ -105,7 +105,7 @@ def evidence_of(engine: Engine, null: Fit, candidates: Sequence[Candidate]) -> E
         in the logs that reach them and are left out.
     """
     searches = [(c.effect, s) for c in candidates for s in c.searches if _slopes(s)]
-    found = engine.pool.map(lambda pair: _signal(engine, null, pair[1]), searches)
+    found = engine.each(lambda pair: _signal(engine, null, pair[1]), searches)
     pairs = [
         (pair, d) for pair, d in zip(searches, found, strict=True) if d is not None
     ]

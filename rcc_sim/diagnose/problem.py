@@ -196,18 +196,22 @@ class Problem:
     @cached_property
     def judged(self) -> list[NDArray[np.bool_]]:
         """Rows of each channel on which the model may be judged."""
+        return [self.known(c) & np.isfinite(self.nominal[c]) for c in self.channels]
+
+    def known(self, channel: str) -> NDArray[np.bool_]:
+        """Rows at which the log tells of a channel what a model could say."""
+        ok = np.isfinite(self.log[channel])
+        ok[0] = False
+        if channel == "speed_mps":
+            ok &= ~self.parked
+        return ok & self._rolling if channel in LATERAL else ok
+
+    @cached_property
+    def _rolling(self) -> NDArray[np.bool_]:
         body, tyres = self.vehicle.body, self.vehicle.tyres
         C_F = tyres.front_cornering_stiffness_n_per_rad.value
         unit = np.sqrt(C_F * self.vehicle.wheelbase / body.mass_kg.value)
-        rolling = self.speed > SLOW * SLIP_BLEND * unit
-        masks = []
-        for c in self.channels:
-            ok = np.isfinite(self.log[c]) & np.isfinite(self.nominal[c])
-            ok[0] = False
-            if c == "speed_mps":
-                ok &= ~self.parked
-            masks.append(ok & rolling if c in LATERAL else ok)
-        return masks
+        return np.asarray(self.speed > SLOW * SLIP_BLEND * unit)
 
     @property
     def parked(self) -> NDArray[np.bool_]:

@@ -127,7 +127,7 @@ def screened(
 ) -> list[tuple[Screened, Fit]]:
     """Screen candidates around a fit; best first, each with where to refine from."""
     screen = Screen(engine, fit)
-    found = [(r, fit) for r in engine.pool.map(screen.best, candidates)]
+    found = [(r, fit) for r in engine.each(screen.best, candidates)]
     found += released(engine, fit, candidates)
     found += bent(engine, fit, [r for r, _ in found])
     return sorted(found, key=lambda pair: -pair[0].gain)
@@ -253,7 +253,7 @@ def refine(
         def one(pair: tuple[Screened, Fit]) -> Fit:
             return with_effect(engine, pair[1], pair[0], noise, along)
 
-        return list(engine.pool.map(one, pairs))
+        return engine.each(one, pairs)
 
     fits = by(base.noise, found)
     before = [f.score - base.score - h for f, h in zip(fits, handicap, strict=True)]

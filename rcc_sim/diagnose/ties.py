@@ -201,10 +201,10 @@ def rivals_of(
     screen = Screen(engine, base)
     own = promise(screen, {k: fit.values[k] for k in keys})
 
-    tried = engine.pool.map(screen.best, candidates)
+    tried = engine.each(screen.best, candidates)
     screened = [s for s in tried if s.gain > ALIKE * own]
     along = engine.whitened(base.signals, fit.noise)
-    fits = engine.pool.map(
+    fits = engine.each(
         lambda one: with_effect(engine, base, one, fit.noise, along), screened
     )
     found = [

@@ -52,6 +52,14 @@ def plain(schema: Schema, rows: int = 1) -> Rows:
     return Rows(_plain(schema) for _ in range(rows))
 
 
+def nested(schema: Schema, values: Mapping[str, Any]) -> tuple[Any, ...]:
+    """Return nested values as a row of :func:`array`; 0 where there is none."""
+    return tuple(
+        values.get(k, 0.0) if v is None else nested(v, values.get(k, {}))
+        for k, v in schema.items()
+    )
+
+
 def fill(record: Any, values: Mapping[str, Any]) -> None:
     """Write nested values into one record of either kind."""
     for key, value in values.items():

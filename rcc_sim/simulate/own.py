@@ -18,7 +18,7 @@ from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError, RccError
 from rcc_sim.jit import bound, cache_folder, compiled, jit
 from rcc_sim.physics import params as schema
-from rcc_sim.physics.record import Schema, column, floats
+from rcc_sim.physics.record import Schema, array, column, floats
 
 GIVEN = {
     "t": "s.t",
@@ -63,6 +63,16 @@ class OwnTerms:
     def sinks(self) -> tuple[str, ...]:
         """Lines of the ledger."""
         return (*schema.SINKS, *(e.effect.sink for e in self.effects))
+
+    def records(self) -> tuple[Any, tuple[Any, ...], Any]:
+        """Return zeroed records for the compiled kernel: parameters, work, sinks."""
+        P, work, sinks = self._blank
+        return P.copy(), tuple(x.copy() for x in work), sinks.copy()
+
+    @functools.cached_property
+    def _blank(self) -> tuple[Any, tuple[Any, ...], Any]:
+        work = tuple(array(schema) for schema in self.work)
+        return array(self.params), work, array(floats(*self.sinks))
 
     def call(self, kernel: Callable[..., Any], fast: bool, *args: Any) -> None:
         """Run the kernel.
@@ -113,7 +123,10 @@ class NotCompiled(RccError):
 def own_terms(vehicle: Vehicle) -> OwnTerms:
     """Return the own effects that a vehicle has switched on, sensors aside."""
     on = (vehicle.own[name] for name in sorted(vehicle.effects) if name in vehicle.own)
-    return OwnTerms(tuple(own for own in on if own.kind != "sensed"))
+    return _terms(tuple(own for own in on if own.kind != "sensed"))
+
+
+_terms = functools.cache(OwnTerms)
 
 
 def _compiler_errors(fast: bool) -> tuple[type[Exception], ...]:

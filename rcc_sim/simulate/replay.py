@@ -152,11 +152,9 @@ def replay(
     control["T_loop"] /= substeps
     n = len(drive.time)
     own = own_terms(vehicle)
-    P = record.array(own.params)
-    work = tuple(record.array(s) for s in own.work)
+    P, work, sinks = own.records()
+    P[0] = record.nested(own.params, values)
     table = record.array(schema.ROW, n)
-    sinks = record.array(record.floats(*own.sinks), 1)
-    record.fill(P[0], values)
     own.call(
         run_replayed,
         True,
