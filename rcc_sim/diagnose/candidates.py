@@ -40,7 +40,9 @@ SLIGHT = 0.05
 radius is no better defined than by what its tyre slips."""
 
 BEYOND = 2.5
-"""Times its typical departure from 1 that a scale may have."""
+"""Times its typical departure from neutral that a scale, a wind or a slope may have."""
+
+OUTDOORS = {"headwind", "road_grade"}
 
 LIGHTEST = 0.5
 """Share of its mass that a vehicle may lack."""
@@ -229,6 +231,8 @@ def search_of(problem: Problem, effect: Effect, param: Param) -> Search:
         first = b
     elif a < 0:
         first = param.neutral + 0.3 * b
+        if effect.id in OUTDOORS:
+            low, high = max(low, BEYOND * a), min(high, BEYOND * b)
     elif param.neutral == 1.0:
         first = 0.5 * (1 + a)
         least = SLIGHT * max(1 - a, b - 1)
