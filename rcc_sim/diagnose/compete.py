@@ -65,12 +65,15 @@ PROFILES = {
     "auxiliary_load": ("effects.auxiliary_load.power_w", "time_s"),
 }
 WINDOW_COUNTS = (20, 60)
-FINER, SHORTEST = 120, 1.25
+FINER, SHORTEST = (120, 240, 480), 1.25
 """Windows in which a profile must hang together if it does not in fewer, and the mean
 time that each takes at least. [s]
 
 A rough road is a force, too: but one that knows nothing of itself a second ago.
 """
+
+ROOM = 2e7
+"""Largest number of windows times rows: each is a number to be kept, for each track."""
 
 
 @dataclass(frozen=True)
@@ -308,9 +311,14 @@ def profile_cause(engine: Engine, fit: Fit, named: set[str]) -> Cause | None:
             x = problem.coordinate(along)
             tried = [probe.profile(i, along, x, n) for n in WINDOW_COUNTS]
             found[i] = max(tried, key=lambda p: p.evidence)
-            if found[i].evidence > enough_of(found[i]):
-                tried += [probe.profile(i, along, x, n) for n in finer(problem)]
-                coherence = max(coherence, *(p.coherence for p in tried))
+            if found[i].evidence <= enough_of(found[i]):
+                continue
+            for n in finer(problem):
+                if max(p.coherence for p in tried) >= TIED:
+                    break
+                tried.append(probe.profile(i, along, x, n))
+            coherence = max(coherence, *(p.coherence for p in tried))
+            found[i] = max(tried, key=lambda p: p.evidence)
         if coherence < TIED or is_stated(engine, key, found.values()):
             continue
         gain = sum(p.evidence for p in found.values())
@@ -330,7 +338,8 @@ def enough_of(profile: Profile) -> float:
 def finer(problem: Problem) -> list[int]:
     """Into how many windows more a log may be cut to see what hangs together."""
     time = problem.log["time_s"]
-    return [FINER] if time[-1] - time[0] > FINER * SHORTEST else []
+    most = min((time[-1] - time[0]) / SHORTEST, ROOM / len(time))
+    return [n for n in FINER if n < most]
 
 
 def is_stated(engine: Engine, key: str, profiles: Iterable[Profile]) -> bool:
