@@ -26,6 +26,11 @@ FAMILIES = ("rc", "ev")
 SCHEMA = "rccsim.blind/1"
 
 
+def labels_beside(out: Path) -> Path:
+    """Where the labels of a folder of cases lie unless another place is named."""
+    return out.with_name(out.name + ".labels.json")
+
+
 def make(
     out: Path,
     *,
@@ -54,7 +59,7 @@ def make(
         raise InputError(f"--cases: should be at least 1: {cases}")
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise InputError(f"{out}: is not an empty folder", "cases are never mixed")
-    labels = labels or out.with_name(out.name + ".labels.json")
+    labels = labels or labels_beside(out)
     if labels.resolve().is_relative_to(out.resolve()):
         raise InputError(f"{labels}: labels may not lie among the cases")
     if labels.exists():

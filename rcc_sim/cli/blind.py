@@ -113,7 +113,10 @@ def run(
 )
 def score(
     out: Annotated[Path, typer.Argument(help="Folder of cases that were run.")],
-    labels: Annotated[Path, typer.Option(help="The sealed labels.", metavar="F")],
+    labels: Annotated[
+        Path | None,
+        typer.Option(help="The sealed labels. Default: OUT.labels.json.", metavar="F"),
+    ] = None,
     require: Annotated[
         list[str] | None,
         typer.Option(help="KEY>=VALUE or KEY<=VALUE; repeatable.", metavar="BAR"),
@@ -123,10 +126,11 @@ def score(
     output: Output = None,
 ) -> None:
     """Open the labels and count: right, false alarms, unknowns, calibration, times."""
+    from rcc_sim.blind.make import labels_beside
     from rcc_sim.blind.score import failures, score, table
     from rcc_sim.errors import CheckFailed
 
-    document = score(out, labels)
+    document = score(out, labels or labels_beside(out))
     missed = failures(document, require or [])
     emit(document, table(document), json=json, csv=csv, output=output)
     if missed:

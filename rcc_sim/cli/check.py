@@ -11,7 +11,7 @@ import typer
 from rcc_sim.cli.batches import Dask, Jobs
 from rcc_sim.cli.complete import vehicle_names
 from rcc_sim.cli.fleets import Asked, By, Each, List, one_log, run_fleet
-from rcc_sim.cli.logs import Map, Reader
+from rcc_sim.cli.logs import Map, Reader, keep
 from rcc_sim.cli.output import Csv, Json, Output, emit, say
 
 if TYPE_CHECKING:
@@ -80,6 +80,7 @@ def check(
         _fleet(asked, options, strict=strict)
         return
     one_log(asked)
+    keep([*(logs or []), *([vehicle] if vehicle else [])], {"--output": output})
     if html is not None:
         raise InputError("--html: belongs to a fleet", "add --each")
     checks = _checked(logs or [], vehicle, reader, map_)

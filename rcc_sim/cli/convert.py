@@ -9,6 +9,7 @@ from typing import IO, TYPE_CHECKING, Annotated, Any, cast
 import typer
 
 from rcc_sim.cli.complete import map_names, vehicle_names
+from rcc_sim.cli.logs import keep
 from rcc_sim.cli.output import Csv, Json, Output, atomic, emit, say
 
 if TYPE_CHECKING:
@@ -70,6 +71,7 @@ def convert(
     if log is None:
         emit(_known(), _known(), json=json, csv=csv, output=output)
         return
+    keep([log], {"--output": output})
     found = _read(log, reader, map_, vehicle, rows_of)
     rows = _rows(found)
     if output is not None:

@@ -26,6 +26,8 @@ from rcc_sim.cli.logs import (
     Model,
     Reader,
     Repeats,
+    keep,
+    once,
     tell_notes,
     write_page,
 )
@@ -132,6 +134,17 @@ def diagnose(
         return
     one_log(asked)
     logs = logs or []
+    once([*logs, *(holdout or [])])
+    keep(
+        [*logs, *(holdout or []), *(repeats or []), vehicle],
+        {
+            "--write-vehicle": write_vehicle,
+            "--profiles": profiles,
+            "--next-run": next_run,
+            "--html": html,
+            "--output": output,
+        },
+    )
     found = _found(
         logs, vehicle, withhold or [], hide or [], candidates or [], holdout or [],
         repeats or [], reader, map_,
@@ -215,6 +228,7 @@ def _deliver(found: Diagnosis, output: Path | None, *, csv: bool, json: bool) ->
     from shutil import get_terminal_size
 
     from rcc_sim.report.screen import screen
+    from rcc_sim.report.verdict import verdict_of
 
     tell_notes(found.gaps[0].findings)
     if output is None and sys.stdout.isatty() and not (json or csv):
@@ -222,6 +236,7 @@ def _deliver(found: Diagnosis, output: Path | None, *, csv: bool, json: bool) ->
             typer.echo(line)
         return
     document = found.document()
+    say(verdict_of(document))
     rows = [
         {k: v for k, v in row.items() if not isinstance(v, dict | list)}
         for row in document["ranking"]

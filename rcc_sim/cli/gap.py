@@ -26,6 +26,7 @@ from rcc_sim.cli.logs import (
     Plot,
     Reader,
     Repeats,
+    keep,
     tell_notes,
     write_page,
 )
@@ -86,6 +87,8 @@ def gap(
         _fleet(asked, {"vehicle": vehicle, "hide": hide, "reader": reader, "map": map_})
         return
     log = one_log(asked)
+    read = [log, vehicle, *(repeats or [])]
+    keep(read, {"--plot": plot, "--html": html, "--output": output})
     found = _found(log, vehicle, hide or [], repeats or [], reader, map_)
     if plot is not None:
         from rcc_sim.report.gap_plot import plot_gap
@@ -95,7 +98,7 @@ def gap(
     if html is not None:
         from rcc_sim.report.gap_page import gap_page
 
-        write_page(gap_page(found, [log, vehicle, *(repeats or [])]), html)
+        write_page(gap_page(found, read), html)
     _deliver(found, output, csv=csv, json=json)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -53,6 +53,43 @@ Plot = Annotated[
 Html = Annotated[
     Path | None, typer.Option(help="Write it as one HTML page.", metavar="F")
 ]
+
+
+def keep(read: Iterable[str | Path], written: Mapping[str, Path | None]) -> None:
+    """Raise if a file that is read would be overwritten.
+
+    Parameters
+    ----------
+    read : iterable of str or Path
+        Logs and vehicle; a name that is no file counts for nothing.
+    written : mapping
+        Option -> the file that it writes, if it was given.
+
+    Raises
+    ------
+    InputError
+        Naming option and file.
+    """
+    from rcc_sim.errors import InputError
+
+    known = [Path(name) for name in read if Path(name).is_file()]
+    for option, path in written.items():
+        if path is not None and path.is_file():
+            if any(path.samefile(name) for name in known):
+                raise InputError(
+                    f"{option}: {path}: is read here, and would be lost",
+                    "give another name",
+                )
+
+
+def once(names: Sequence[str]) -> None:
+    """Raise if a log is given twice: it would count, or be judged, by itself."""
+    from rcc_sim.errors import InputError
+
+    seen = [(name, Path(name).resolve()) for name in names if name != "-"]
+    for i, (name, path) in enumerate(seen):
+        if path in [other for _, other in seen[:i]]:
+            raise InputError(f"{name}: given twice", "each log counts once")
 
 
 def write_page(page: Report, path: Path) -> None:

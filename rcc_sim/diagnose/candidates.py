@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 from math import inf, sqrt
 
 import numpy as np
@@ -148,8 +149,13 @@ def candidates_for(
             found.append(Candidate(name, searches, several))
     missing = [name for name in only if name not in {c.effect for c in found}]
     if missing:
-        why = "cannot show in this log" if missing[0] in known else "no such effect"
-        raise InputError(f"--candidates: {missing[0]}: {why}")
+        if missing[0] in known:
+            raise InputError(f"--candidates: {missing[0]}: cannot show in this log")
+        close = get_close_matches(missing[0], known, n=1)
+        raise InputError(
+            f"--candidates: {missing[0]}: no such effect",
+            f"did you mean `{close[0]}`?" if close else "`rccsim effects list` has all",
+        )
     return found
 
 

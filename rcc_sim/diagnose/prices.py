@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 FIGURES = ""
-"""Stands among the effects for the stated figures that moved within their sds."""
+"""Stands among the effects for the stated figures that the logs moved."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Prices:
     causes : dict
         Effect -> what it adds to the simulated energy. [Wh]
     figures_wh : float
-        What the stated figures add that moved within their sds. [Wh]
+        What the stated figures add that the logs moved. [Wh]
     unexplained_wh : float
         What is left of the gap. [Wh]
     """

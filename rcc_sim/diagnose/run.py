@@ -158,7 +158,7 @@ class Diagnosis:
         ]
 
     def figures(self) -> dict[str, Figure]:
-        """Stated figures that the logs moved within their sds, with intervals."""
+        """Stated figures that the logs moved, with intervals."""
         stated = self.vehicle.figures()
         return {key: figure for key, figure in self._moved().items() if key in stated}
 
@@ -263,9 +263,11 @@ def diagnose(
     )
     told("which run to drive next")
     runs = tuple(next_experiments(acting, fit, asserted, known.rivals))
+    doubtful = all(g.energy.within is not False for g in gaps)
+    energy = (None, None) if doubtful else (before, after)
     return Diagnosis(
-        vehicle, gaps, status_of(causes, left), asserted, found, fit, left, shrink,
-        before, after, runs,
+        vehicle, gaps, status_of(causes, left, *energy), asserted, found, fit, left,
+        shrink, before, after, runs,
     )  # fmt: skip
 
 

@@ -17,6 +17,10 @@ WITHDRAWN = 0.2
 193 drives of the blind plant, 0.12 at most in the tracks of causes that acted, 0.26 to
 10 in those of causes that did not."""
 
+SHRUNK, NO_ENERGY = 1 / 3, 1.5
+"""Share to which the energy gap has to shrink on rows that no fit saw, and size below
+which it need not. [1], [%]"""
+
 SOFT = 4.0
 """Nats by which odds grow by e: model error blunts a likelihood by about so much."""
 
@@ -73,11 +77,23 @@ def most_left(gain: float, left: Remainder) -> float:
     return max(gain, ENOUGH)
 
 
-def status_of(causes: list[Cause], left: Remainder) -> str:
-    """Return the status: no_gap, explained, partly_explained or unexplained."""
+def status_of(
+    causes: list[Cause],
+    left: Remainder,
+    before: float | None = None,
+    after: float | None = None,
+) -> str:
+    """Return the status: no_gap, explained, partly_explained or unexplained.
+
+    ``before`` and ``after`` are the energy gap [%] on rows that no fit saw, where it
+    is beyond doubt: what does not shrink there is not explained.
+    """
     if not causes:
         return "unexplained" if left.is_real else "no_gap"
-    return "partly_explained" if left.is_real else "explained"
+    stays = left.is_real
+    if before is not None and after is not None:
+        stays |= abs(after) > max(SHRUNK * abs(before), NO_ENERGY)
+    return "partly_explained" if stays else "explained"
 
 
 def probability(cause: Cause, left: Remainder) -> float:

@@ -157,7 +157,7 @@ def _told(
     """Return what was found beside what was sealed."""
     rows = [
         _row(
-            "a log took more energy than its model says",
+            "of the energy that a log took, its model misses",
             found.gaps[0].energy.gap_percent,
             "%",
         ),

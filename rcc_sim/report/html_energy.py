@@ -81,7 +81,7 @@ def cause_steps(report: Report) -> Sequence[tuple[str, float]]:
     if prices is None:
         return []
     steps = [(effect_title(name), wh) for name, wh in prices.causes.items()]
-    return [*steps, ("figures of the file, within their sds", prices.figures_wh)]
+    return [*steps, ("figures of the file that moved", prices.figures_wh)]
 
 
 def where(report: Report) -> Markup:

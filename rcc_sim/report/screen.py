@@ -85,7 +85,8 @@ def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
         yield (
             "LEFT",
             f"acts as a {left.acts_as}, follows {left.follows} "
-            f"({left.evidence:.0f} nats), at "
+            f"({left.evidence:.0f} nats)"
+            + ", at " * bool(left.windows)
             + ", ".join(
                 f"{w['start_s']:.1f} to {w['end_s']:.1f} s"
                 for w in left.windows[:SHOWN]
@@ -97,10 +98,12 @@ def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
         yield "UNSEEN", f"would not show here: {', '.join(unseen[:UNSEEN])}{more}"
     for run in found.experiments[:2]:
         each = [p.nats for p in run.expected_nats.pairs] or [run.expected_nats.least]
-        nats = (
-            f"{min(each):.0f} to {max(each):.0f}" if len(each) > 1 else f"{each[0]:.0f}"
-        )
-        yield "NEXT", f"{run.do}, {run.time_s:.0f} s: {nats} nats"
+        nats = f"{max(each):.0f} nats"
+        if len(each) > 1:
+            nats = f"{min(each):.0f} to {max(each):.0f} nats a pair"
+        what = "parts" if len(run.separates) > 1 else "narrows"
+        told = f"{what} {', '.join(run.separates)}, {nats}"
+        yield "NEXT", f"{run.do}, {run.time_s:.0f} s: {told}"
 
 
 def _gap(found: Diagnosis) -> Iterator[tuple[str, str]]:
@@ -174,7 +177,7 @@ def _ledger(found: Diagnosis) -> Iterator[tuple[str, str]]:
         return
     steps = [f"{name} {_wh(wh)}" for name, wh in prices.causes.items()]
     steps += [
-        f"figures within their sds {_wh(prices.figures_wh)}",
+        f"stated figures that moved {_wh(prices.figures_wh)}",
         f"unexplained {_wh(prices.unexplained_wh)}",
     ]
     yield "ENERGY", ", ".join(steps)

@@ -51,10 +51,9 @@ def _gap(energy: Mapping[str, Any], *, plain: bool = False) -> str:
     gap = energy.get("gap_percent")
     if gap is None:
         gap = 100 * (measured - simulated) / measured if measured else 0.0
-    more = "more" if measured >= simulated else "less"
     place = " at the shaft" if energy.get("at") == "shaft" else ""
     text = (
-        f"the log took {figures(abs(gap))} % {more} energy{place} than the model says "
+        f"of the energy that the log took{place}, the model {_missed(gap, 3)} "
         f"({figures(measured)} Wh against {figures(simulated)} Wh)"
     )
     if plain or energy.get("within") is None:
@@ -100,17 +99,16 @@ def _mended(diagnosis: Mapping[str, Any]) -> str:
     after = shrink.get("energy_gap_percent_after")
     if gap is None:
         return ""
-    more = "more" if gap >= 0 else "less"
-    text = f"the log took {figures(abs(gap))} % {more} energy than the model says"
+    text = f"of the energy that the log took, the model {_missed(gap, 3)}"
     if after is not None:
         them = "it is" if len(diagnosis.get("causes") or []) == 1 else "they are"
-        text += f", {_signed(after)} once {them} put in"
+        text += f", and {_missed(after, 2)} once {them} put in"
     return text
 
 
-def _signed(after: float) -> str:
-    more = "more" if after >= 0 else "less"
-    return f"{figures(abs(after), 2)} % {more}"
+def _missed(gap: float, digits: int) -> str:
+    what = "misses" if gap >= 0 else "adds"
+    return f"{what} {figures(abs(gap), digits)} %"
 
 
 def _cause(cause: Mapping[str, Any]) -> str:

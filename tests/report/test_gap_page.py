@@ -50,7 +50,7 @@ def gap():
 def test_a_gap_has_its_verdict_doubt_and_place_on_the_page(gap):
     text = page(gap_page(gap)).replace("&nbsp;", " ")
     for words in (
-        "20 % more energy than the model says (1 Wh against 0.8 Wh)",
+        "the model misses 20 % (1 Wh against 0.8 Wh)",
         "more than what noise",
         "± 0.1 Wh",
         "corner mid",
@@ -77,7 +77,7 @@ def test_gap_writes_its_page_from_the_command_line(tmp_path):
     energy = json.loads(told)["energy"]
     text = (tmp_path / "gap.html").read_text("utf-8").replace("&nbsp;", " ")
     assert f"{figures(energy['measured_wh'], 4)}" in text
-    assert f"{figures(energy['gap_percent'])} % more energy" in text
+    assert f"the model misses {figures(energy['gap_percent'])} %" in text
     assert "rccsim gap log.csv --vehicle rcc --html gap.html --json" in text
 
 

@@ -71,7 +71,7 @@ def test_the_page_is_well_formed_and_loads_nothing(report, read):
 
 def test_without_a_script_the_text_says_everything(read):
     for words in (
-        "15.9 % more energy",
+        "the model misses 15.9 %",
         "rolling resistance",
         "97 %",
         "this log cannot tell them apart",
@@ -178,7 +178,7 @@ def test_gap_alone_has_a_verdict_and_its_place(report):
     where = report.diagnosis["where"]
     verdict = verdict_of({"where": where})
     assert (
-        "15.9 % more" in verdict
+        "misses 15.9 %" in verdict
         and "71 % of it in cruise, 92 % of it in the mechanical stage" in verdict
     )
     read = Reader(page(Report("gap", diagnosis={"where": where})))
