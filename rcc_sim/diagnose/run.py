@@ -42,8 +42,10 @@ from rcc_sim.trace import Trace
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-MOVED = 0.9
-"""Share of its stated sd above which a figure's sd must fall for it to be written."""
+TOLD, MOVED = 0.9, 0.1
+"""Share of its stated sd below which the sd of a figure must fall for it to be written;
+or else by how many of them it must have moved. The figures of a fit belong together:
+one that goes back to what the file says leaves the others with what it made up for."""
 
 
 @dataclass(frozen=True)
@@ -163,12 +165,13 @@ class Diagnosis:
         return {key: figure for key, figure in self._moved().items() if key in stated}
 
     def _moved(self) -> dict[str, Figure]:
-        """Tolerances of which the logs tell more than the file, by key."""
+        """Tolerances that the logs narrow or move, by key."""
         out = {}
-        for knob in self.fit.knobs:
+        for knob, sd in zip(self.fit.knobs, self.fit.sds(), strict=True):
             if knob.sd < inf and not knob.key.startswith(BIAS):
-                sd = min(self.fit.sd(knob.key) * INTERVAL, knob.sd)
-                if sd <= MOVED * knob.sd:
+                off = abs(self.fit.values[knob.key] - knob.value)
+                sd = min(sd * INTERVAL, knob.sd)
+                if sd <= TOLD * knob.sd or off >= MOVED * knob.sd:
                     out[knob.key] = self._figure(knob, sd)
         return out
 

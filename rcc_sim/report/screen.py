@@ -101,9 +101,9 @@ def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
         nats = f"{max(each):.0f} nats"
         if len(each) > 1:
             nats = f"{min(each):.0f} to {max(each):.0f} nats a pair"
-        what = "parts" if len(run.separates) > 1 else "narrows"
-        told = f"{what} {', '.join(run.separates)}, {nats}"
-        yield "NEXT", f"{run.do}, {run.time_s:.0f} s: {told}"
+        verb = "parts" if len(run.separates) > 1 else "narrows"
+        what = f"{verb} {', '.join(run.separates)}, {nats}"
+        yield "NEXT", f"{run.do}, {run.time_s:.0f} s: {what}"
 
 
 def _gap(found: Diagnosis) -> Iterator[tuple[str, str]]:
