@@ -318,7 +318,6 @@ def profile_cause(engine: Engine, fit: Fit, named: set[str]) -> Cause | None:
                     break
                 tried.append(probe.profile(i, along, x, n))
             coherence = max(coherence, *(p.coherence for p in tried))
-            found[i] = max(tried, key=lambda p: p.evidence)
         if coherence < TIED or is_stated(engine, key, found.values()):
             continue
         gain = sum(p.evidence for p in found.values())
