@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -113,16 +114,8 @@ def _solved(shifts: Array, noises: Array, counts: Array) -> float:
 
     if quiet(LEAST) >= 1 - FALSE:
         return LEAST
-    low, high = LEAST, MOST
-    if quiet(high) < 1 - FALSE:
-        return high
-    while high - low > PRECISE:
-        middle = 0.5 * (low + high)
-        if quiet(middle) < 1 - FALSE:
-            low = middle
-        else:
-            high = middle
-    return high
+    limits = np.linspace(LEAST, MOST, round((MOST - LEAST) / PRECISE) + 1)
+    return float(limits[bisect_left(limits, 1 - FALSE, hi=len(limits) - 1, key=quiet)])
 
 
 def strongest_first(

@@ -80,7 +80,7 @@ def check(
         _fleet(asked, options, strict=strict)
         return
     one_log(asked)
-    keep([*(logs or []), *([vehicle] if vehicle else [])], {"--output": output})
+    keep([*(logs or []), vehicle], {"--output": output})
     if html is not None:
         raise InputError("--html: belongs to a fleet", "add --each")
     checks = _checked(logs or [], vehicle, reader, map_)

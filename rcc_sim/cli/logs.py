@@ -10,6 +10,7 @@ import typer
 
 from rcc_sim.cli.complete import column_names, map_names, vehicle_names
 from rcc_sim.cli.output import atomic, say
+from rcc_sim.errors import InputError
 
 if TYPE_CHECKING:
     from rcc_sim.analyse.logcheck.finding import Finding
@@ -55,13 +56,13 @@ Html = Annotated[
 ]
 
 
-def keep(read: Iterable[str | Path], written: Mapping[str, Path | None]) -> None:
+def keep(read: Iterable[str | None], written: Mapping[str, Path | None]) -> None:
     """Raise if a file that is read would be overwritten.
 
     Parameters
     ----------
-    read : iterable of str or Path
-        Logs and vehicle; a name that is no file counts for nothing.
+    read : iterable of str or None
+        Logs and vehicle, if it was given; a name that is no file counts for nothing.
     written : mapping
         Option -> the file that it writes, if it was given.
 
@@ -70,26 +71,23 @@ def keep(read: Iterable[str | Path], written: Mapping[str, Path | None]) -> None
     InputError
         Naming option and file.
     """
-    from rcc_sim.errors import InputError
-
-    known = [Path(name) for name in read if Path(name).is_file()]
+    known = [Path(name) for name in read if name and Path(name).is_file()]
     for option, path in written.items():
-        if path is not None and path.is_file():
-            if any(path.samefile(name) for name in known):
-                raise InputError(
-                    f"{option}: {path}: is read here, and would be lost",
-                    "give another name",
-                )
+        if path and path.is_file() and any(map(path.samefile, known)):
+            raise InputError(
+                f"{option}: {path}: is read here, and would be lost",
+                "give another name",
+            )
 
 
 def once(names: Sequence[str]) -> None:
     """Raise if a log is given twice: it would count, or be judged, by itself."""
-    from rcc_sim.errors import InputError
-
-    seen = [(name, Path(name).resolve()) for name in names if name != "-"]
-    for i, (name, path) in enumerate(seen):
-        if path in [other for _, other in seen[:i]]:
+    seen = set()
+    for name in names:
+        path = Path(name).resolve()
+        if name != "-" and path in seen:
             raise InputError(f"{name}: given twice", "each log counts once")
+        seen.add(path)
 
 
 def write_page(page: Report, path: Path) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from rcc_sim.definitions import library
 from rcc_sim.definitions.library import Entry
-from rcc_sim.errors import InputError
+from rcc_sim.errors import InputError, did_you_mean
 
 if TYPE_CHECKING:
     from rcc_sim.definitions.cycle import Cycle
@@ -217,8 +217,4 @@ def _cycle_row(entry: Entry) -> dict[str, str | float | None]:
 
 
 def _unknown_effect(name: str, known: list[str]) -> InputError:
-    from difflib import get_close_matches
-
-    close = get_close_matches(name, known, n=1, cutoff=0.6)
-    hint = f"did you mean `{close[0]}`?" if close else f"there are {', '.join(known)}"
-    return InputError(f"no such effect: {name!r}", hint)
+    return InputError(f"no such effect: {name!r}", did_you_mean(name, known))

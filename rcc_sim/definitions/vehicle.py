@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import difflib
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -30,7 +29,7 @@ from rcc_sim.definitions.tables import (
     advice,
 )
 from rcc_sim.definitions.vehicle_file import resolved
-from rcc_sim.errors import InputError
+from rcc_sim.errors import InputError, did_you_mean
 from rcc_sim.physics.effect import Effect
 from rcc_sim.physics.effects import EFFECTS
 
@@ -390,9 +389,7 @@ def _known_effect(name: str, where: str, known: Mapping[str, Effect]) -> None:
 
 
 def _unknown(where: str, key: str, known: tuple[str, ...]) -> InputError:
-    last = key.rpartition(".")[2]
-    close = difflib.get_close_matches(last, known, n=1, cutoff=0.6)
-    hint = f"did you mean `{close[0]}`?" if close else f"there are {', '.join(known)}"
+    hint = did_you_mean(key.rpartition(".")[2], known)
     return InputError(f"{where}: {key}: no such key", hint)
 
 

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from difflib import get_close_matches
 from math import inf, sqrt
 
 import numpy as np
 
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.problem import Problem
-from rcc_sim.errors import InputError
+from rcc_sim.errors import InputError, did_you_mean
 from rcc_sim.physics.effect import Effect, Param
 from rcc_sim.units import G, unit_of
 
@@ -151,11 +150,8 @@ def candidates_for(
     if missing:
         if missing[0] in known:
             raise InputError(f"--candidates: {missing[0]}: cannot show in this log")
-        close = get_close_matches(missing[0], known, n=1)
-        raise InputError(
-            f"--candidates: {missing[0]}: no such effect",
-            f"did you mean `{close[0]}`?" if close else "`rccsim effects list` has all",
-        )
+        what = f"--candidates: {missing[0]}: no such effect"
+        raise InputError(what, did_you_mean(missing[0], known))
     return found
 
 

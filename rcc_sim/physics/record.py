@@ -52,24 +52,16 @@ def plain(schema: Schema, rows: int = 1) -> Rows:
     return Rows(_plain(schema) for _ in range(rows))
 
 
-def nested(schema: Schema, values: Mapping[str, Any]) -> tuple[Any, ...]:
-    """Return nested values as a row of :func:`array`; 0 where there is none."""
-    return tuple(
-        values.get(k, 0.0) if v is None else nested(v, values.get(k, {}))
-        for k, v in schema.items()
-    )
-
-
 def fill(record: Any, values: Mapping[str, Any]) -> None:
-    """Write nested values into one record of either kind."""
-    for key, value in values.items():
-        if isinstance(value, Mapping):
-            inner = getattr(record, key) if _is_plain(record) else record[key]
-            fill(inner, value)
-        elif _is_plain(record):
-            setattr(record, key, float(value))
-        else:
-            record[key] = value
+    """Write tables of values into one record of either kind; 0 where one has none."""
+    for name, table in values.items():
+        if _is_plain(record):
+            inner = getattr(record, name)
+            for key, value in table.items():
+                setattr(inner, key, float(value))
+        else:  # a table at once: each assignment is dear
+            keys = record.dtype[name].names
+            record[name] = tuple(table.get(key, 0.0) for key in keys)
 
 
 def column(records: Any, field: str) -> np.ndarray[Any, Any]:

@@ -153,7 +153,7 @@ def replay(
     n = len(drive.time)
     own = own_terms(vehicle)
     P, work, sinks = own.records()
-    P[0] = record.nested(own.params, values)
+    record.fill(P[0], values)
     table = record.array(schema.ROW, n)
     own.call(
         run_replayed,
