@@ -9,9 +9,10 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from rcc_sim.definitions import library, vehicle
+from rcc_sim.definitions.checks import checked_effects, faults_of, unknown_key
 from rcc_sim.definitions.own_effects import own_effects
 from rcc_sim.definitions.tables import Sensor
-from rcc_sim.definitions.vehicle import ALWAYS, TABLES, faults_of
+from rcc_sim.definitions.vehicle import ALWAYS, TABLES
 from rcc_sim.definitions.vehicle_file import resolved
 from rcc_sim.errors import InputError
 from rcc_sim.physics.effects import EFFECTS
@@ -74,7 +75,7 @@ def _table_faults(raw: dict[str, Any], where: str) -> Iterator[InputError]:
             yield InputError(f"{where}: [{name}]: missing")
     for name, table in raw.items():
         if name not in TABLES and name not in ("sensors", "effects"):
-            yield vehicle._unknown(where, name, (*TABLES, "sensors", "effects"))
+            yield unknown_key(where, name, (*TABLES, "sensors", "effects"))
         elif not isinstance(table, dict):
             yield InputError(f"{where}: {name}: should be a table, [{name}]")
         elif name in TABLES:
@@ -94,7 +95,7 @@ def _key_faults(
     keys = tuple(model.model_fields)
     for key in table:
         if key not in keys:
-            yield vehicle._unknown(where, f"{name}.{key}", keys)
+            yield unknown_key(where, f"{name}.{key}", keys)
     try:
         model.model_validate({k: v for k, v in table.items() if k in keys})
     except ValidationError as error:
@@ -111,7 +112,7 @@ def _effect_faults(raw: dict[str, Any], path: Path) -> Iterator[InputError]:
         yield fault
         return
     for name, params in stated.items():
-        faults = _raised(vehicle._checked_effects, {name: params}, str(path), own)
+        faults = _raised(checked_effects, {name: params}, str(path), own)
         yield from faults
         for key in () if faults or name in own else EFFECTS[name].files:
             if key in params and not (path.parent / params[key]).is_file():

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import copy
 import os
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel, ValidationError
-
 from rcc_sim.definitions import library
+from rcc_sim.definitions.checks import (
+    check_sizes,
+    checked,
+    checked_effects,
+    known_effect,
+    unknown_key,
+)
 from rcc_sim.definitions.figure import Figure
 from rcc_sim.definitions.own_effects import OwnEffect, own_effects
 from rcc_sim.definitions.tables import (
@@ -26,10 +30,9 @@ from rcc_sim.definitions.tables import (
     Sensor,
     Table,
     Tyres,
-    advice,
 )
 from rcc_sim.definitions.vehicle_file import resolved
-from rcc_sim.errors import InputError, did_you_mean
+from rcc_sim.errors import InputError
 from rcc_sim.physics.effect import Effect
 from rcc_sim.physics.effects import EFFECTS
 
@@ -43,7 +46,6 @@ TABLES: dict[str, type[Table]] = {
     "controller": Controller,
 }
 ALWAYS = ("vehicle", "body", "tyres", "drivetrain")
-BULK = (5.0, 5000.0)  # kg/m³; mass over wheelbase cubed of anything on four wheels
 
 
 @dataclass(frozen=True)
@@ -182,7 +184,7 @@ class Vehicle:
             stated = raw.setdefault("effects", {})
             stated["files"] = [*stated.get("files", []), *map(os.path.abspath, files)]
         for name in without:
-            _known_effect(name, self.where, self.known)
+            known_effect(name, self.where, self.known)
             if raw.get("effects", {}).pop(name, None) is None:
                 raise InputError(
                     f"{self.where}: effects.{name}: the vehicle does not have it",
@@ -228,7 +230,7 @@ def build(
     known = (*TABLES, "sensors", "effects")
     for name, table in raw.items():
         if name not in known:
-            raise _unknown(where, name, known)
+            raise unknown_key(where, name, known)
         if not isinstance(table, dict):
             raise InputError(f"{where}: {name}: should be a table, [{name}]")
     sound = {n for n in TABLES if like and n in raw and raw[n] is like.raw.get(n)}
@@ -242,18 +244,18 @@ def build(
     parts: dict[str, Any] = {
         name: getattr(like, name)
         if name in sound
-        else _checked(model, raw.get(name, {}), where, name)
+        else checked(model, raw.get(name, {}), where, name)
         for name, model in TABLES.items()
         if name in raw or name in ("motor", "battery")
     }
     parts.setdefault("controller", None)
     sensors = {
-        column: _checked(Sensor, table, where, f"sensors.{column}")
+        column: checked(Sensor, table, where, f"sensors.{column}")
         for column, table in raw.get("sensors", {}).items()
     }
-    _check_sizes(parts["body"], parts["tyres"], where)
+    check_sizes(parts["body"], parts["tyres"], where)
     own, stated = own_effects(raw.get("effects", {}), where, path)
-    effects = _checked_effects(stated, where, own)
+    effects = checked_effects(stated, where, own)
     return Vehicle(
         **parts,
         sensors=sensors,
@@ -269,136 +271,10 @@ def _refuse_unknown_keys(raw: dict[str, Any], where: str) -> None:
     for name, model in TABLES.items():
         for key in raw.get(name, {}):
             if key not in model.model_fields:
-                raise _unknown(where, f"{name}.{key}", tuple(model.model_fields))
-
-
-def _checked(model: type[BaseModel], raw: Any, where: str, table: str) -> Any:
-    if not isinstance(raw, dict):
-        raise InputError(f"{where}: {table}: should be a table, [{table}]")
-    try:
-        return model.model_validate(raw)
-    except ValidationError as error:
-        first, *rest = faults_of(error, where, table)
-        more = f" (and {len(rest)} more)" if rest else ""
-        raise InputError(f"{first}{more}", first.hint) from None
-
-
-def faults_of(error: ValidationError, where: str, table: str) -> list[InputError]:
-    """Return what pydantic found wrong with a table, one error a key."""
-    faults = []
-    for found in error.errors():
-        key = ".".join([table, *(str(p) for p in found["loc"] if isinstance(p, str))])
-        message = found["msg"].removeprefix("Value error, ")
-        if found["type"] == "missing":
-            message = "missing"
-        elif ": " not in message:
-            message = f"{message[0].lower()}{message[1:]}: {_short(found['input'])}"
-        hint = advice(key, found["input"])
-        faults.append(InputError(f"{where}: {key}: {message}", hint))
-    return faults
-
-
-def _checked_effects(
-    raw: dict[str, Any], where: str, own: Mapping[str, OwnEffect]
-) -> dict[str, dict[str, Figure | str]]:
-    known = {**EFFECTS, **{name: found.effect for name, found in own.items()}}
-    checked: dict[str, dict[str, Figure | str]] = {}
-    for name, params in raw.items():
-        _known_effect(name, where, known)
-        if not isinstance(params, dict):
-            raise InputError(f"{where}: effects.{name}: should be a table")
-        checked[name] = _checked_params(known[name], params, where)
-    for name in checked:
-        for other in known[name].excludes:
-            if other not in checked:
-                continue
-            if name == "motor_efficiency" and "map" not in checked[name]:
-                continue  # a bare scale may stand beside single loss terms
-            raise InputError(
-                f"{where}: effects.{name}: stands in place of {other}, "
-                "and the file states both",
-                f"take one of them out; {name} already holds {other}",
-            )
-    return checked
-
-
-def _checked_params(
-    effect: Effect, raw: dict[str, Any], where: str
-) -> dict[str, Figure | str]:
-    name = effect.id
-    known = {param.name: param for param in effect.params}
-    params: dict[str, Figure | str] = {}
-    for key, value in raw.items():
-        at = f"effects.{name}.{key}"
-        if key in effect.files:
-            if not isinstance(value, str):
-                raise InputError(f"{where}: {at}: should be the name of a file")
-            params[key] = value
-            continue
-        if key not in known:
-            raise _unknown(where, at, (*known, *effect.files))
-        try:
-            figure = Figure.parse(value)
-        except ValueError as error:
-            raise InputError(f"{where}: {at}: {error}") from None
-        low, high = known[key].bounds
-        for number in (figure.value, figure.low, figure.high):
-            if number is not None and not low <= number <= high:
-                raise InputError(
-                    f"{where}: {at}: should lie between {low:g} and {high:g}: "
-                    f"{number:g}",
-                    known[key].about,
-                )
-        params[key] = figure
-    for param in effect.params:
-        if param.name not in params and not param.optional:
-            raise InputError(
-                f"{where}: effects.{name}.{param.name}: missing", param.about
-            )
-    if not params:
-        names = ", ".join((*known, *effect.files))
-        raise InputError(f"{where}: effects.{name}: states nothing", f"give {names}")
-    return params
-
-
-def _check_sizes(body: Body, tyres: Tyres, where: str) -> None:
-    """Refuse figures that are each believable and together are not."""
-    l = body.cg_to_front_axle_m.value + body.cg_to_rear_axle_m.value
-    m, I_z = body.mass_kg.value, body.yaw_inertia_kgm2.value
-    if not BULK[0] <= m / l**3 <= BULK[1]:
-        raise InputError(
-            f"{where}: body.mass_kg: {m:g} kg does not go with a wheelbase of {l:g} m",
-            "one of them is in another unit; kg and m are meant",
-        )
-    if not 0.01 <= I_z / (m * l * l) <= 1.0:
-        raise InputError(
-            f"{where}: body.yaw_inertia_kgm2: {I_z:g} does not go with {m:g} kg "
-            f"and a wheelbase of {l:g} m",
-            f"about {0.13 * m * l * l:.3g} kg m² would be usual",
-        )
-    if tyres.radius_m.value > l / 2:
-        raise InputError(
-            f"{where}: tyres.radius_m: {tyres.radius_m.value:g} m does not go with "
-            f"a wheelbase of {l:g} m"
-        )
-
-
-def _known_effect(name: str, where: str, known: Mapping[str, Effect]) -> None:
-    if name not in known:
-        raise _unknown(where, f"effects.{name}", (*known, "files"))
-
-
-def _unknown(where: str, key: str, known: tuple[str, ...]) -> InputError:
-    hint = did_you_mean(key.rpartition(".")[2], known)
-    return InputError(f"{where}: {key}: no such key", hint)
+                raise unknown_key(where, f"{name}.{key}", tuple(model.model_fields))
 
 
 def _likely_key(key: str) -> str:
     keys = [f"{t}.{k}" for t, model in TABLES.items() for k in model.model_fields]
     by_last = [k for k in keys if k.endswith("." + key)]
     return by_last[0] if by_last else "body.mass_kg"
-
-
-def _short(value: Any) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else text[:57] + "..."
