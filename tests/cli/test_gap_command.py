@@ -7,8 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.interpolate import RegularGridInterpolator
 
 from rcc_sim.analyse.logged import open_log
+from rcc_sim.definitions.kernel import efficiency_map
 from rcc_sim.definitions.vehicle import load_vehicle
 
 CASES = Path(__file__).resolve().parents[3] / "shared" / "cases"
@@ -106,7 +108,7 @@ def test_an_unknown_hidden_column_is_an_error(drive):
 @pytest.mark.skipif(not BMW.is_dir(), reason="the BMW logs are not here")
 @pytest.mark.parametrize("trip", ["TripA01", "TripB03"])
 def test_the_electrical_stage_is_battery_less_logged_torque_and_known_loads(trip):
-    """By hand: P = τ ω / η driving, τ ω η braking, and the auxiliaries."""
+    """By hand: P = τ ω / η driving, τ ω η braking, and the auxiliaries; η by scipy."""
     done = rccsim("gap", BMW / f"{trip}.csv.gz", "--vehicle", "bmw_i3", "--json")
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
@@ -116,8 +118,12 @@ def test_the_electrical_stage_is_battery_less_logged_torque_and_known_loads(trip
     car = load_vehicle("bmw_i3")
     log = open_log(BMW / f"{trip}.csv.gz", car).log
     gear = car.drivetrain.gear_ratio.value / car.tyres.radius_m.value
-    shaft = log["motor_torque_nm"] * log["speed_mps"] * gear
-    eta = car.effects["motor_efficiency"]["scale"].value
+    torque, speed = log["motor_torque_nm"], log["speed_mps"] * gear
+    shaft = torque * speed
+    *grid, table = efficiency_map(car)
+    at = [np.clip(x, 0, g[-1]) for x, g in zip((abs(torque), speed), grid, strict=True)]
+    eta = RegularGridInterpolator(tuple(grid), table)(np.nan_to_num(np.array(at)).T)
+    eta *= car.effects["motor_efficiency"]["scale"].value
     model = np.where(shaft > 0, shaft / eta, shaft * eta) + log["aux_power_w"]
     model += car.effects["auxiliary_load"]["power_w"].value
     left = log["battery_voltage_v"] * log["battery_current_a"] - model
