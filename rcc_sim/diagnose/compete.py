@@ -72,6 +72,9 @@ time that each takes at least. [s]
 A rough road is a force, too: but one that knows nothing of itself a second ago.
 """
 
+SHARPENED = 4
+"""Times that a profile acts, each time on what the last left, at most."""
+
 ROOM = 2e7
 """Largest number of windows times rows: each is a number to be kept, for each track."""
 
@@ -349,14 +352,42 @@ def is_stated(engine: Engine, key: str, profiles: Iterable[Profile]) -> bool:
 
 
 def with_profile(engine: Engine, fit: Fit, cause: Cause) -> tuple[Engine, Fit, Cause]:
-    """Let a profile act on the logs, by the noise it leaves; fit the knobs anew."""
+    """Let a profile act on the logs, by the noise it leaves; fit the knobs anew.
+
+    Under less noise more of it shows: it is sharpened as long as it gains.
+    """
     key, along = PROFILES[cause.effect]
     probe = Probe(engine, fit, key, probe_size(engine, key))
-    problems, profiles = list(engine.problems), {}
-    for i, found in cause.profiles.items():
-        p = problems[i]
-        profiles[i] = probe.sharper(found, i, p.coordinate(along))
-        problems[i] = acted_on(p, profiles[i])
-    moved = Engine(problems)
-    cause = replace(cause, profiles=profiles)
-    return moved, moved.fit(fit.values, fit.knobs), cause
+    found = {
+        i: probe.sharper(p, i, engine.problems[i].coordinate(along))
+        for i, p in cause.profiles.items()
+    }
+    profiles: dict[int, Profile] = {}
+    for _ in range(SHARPENED):
+        if not found:
+            break
+        problems = list(engine.problems)
+        for i, more in found.items():
+            problems[i] = acted_on(problems[i], more)
+            profiles[i] = profiles[i].plus(more) if i in profiles else more
+        engine = Engine(problems)
+        fit = engine.fit(fit.values, fit.knobs)
+        found = more_of(engine, fit, key, along, profiles)
+    return engine, fit, replace(cause, profiles=profiles)
+
+
+def more_of(
+    engine: Engine, fit: Fit, key: str, along: str, profiles: Iterable[int]
+) -> dict[int, Profile]:
+    """Return what a fit leaves of profiles that are known to act, log by log."""
+    found = {}
+    probe = Probe(engine, fit, key, probe_size(engine, key))
+    for i in profiles:
+        problem = engine.problems[i]
+        x = problem.coordinate(along)
+        counts = (*WINDOW_COUNTS, *finer(problem))
+        tried = [probe.profile(i, along, x, n) for n in counts]
+        clear = [p for p in tried if p.coherence >= TIED and p.evidence > enough_of(p)]
+        if clear:
+            found[i] = max(clear, key=lambda p: p.evidence)
+    return found

@@ -264,8 +264,11 @@ class Problem:
         return "elevation_m" in self.log or "slope" in self.log
 
     def on_road(self, distance: Array, slope: Array) -> Problem:
-        """The same drive on a road of that slope, over distance from the start."""
-        return replace(self, drive=replace(self.drive, road=(distance, slope)))
+        """The same drive with that slope on top of its road's, over distance."""
+        known, there = self.drive.road
+        at = np.union1d(known, distance)
+        total = np.interp(at, known, there) + np.interp(at, distance, slope)
+        return replace(self, drive=replace(self.drive, road=(at, total)))
 
     def with_load(self, power: Array) -> Problem:
         """The same drive with an auxiliary power [W] at each row on top."""

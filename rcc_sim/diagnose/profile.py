@@ -78,6 +78,13 @@ class Profile:
         """Strength at a coordinate; the ends hold beyond them."""
         return np.interp(x, self.knots, self.value)
 
+    def plus(self, more: Profile) -> Profile:
+        """Return it with more of the same effect, found in what it left."""
+        knots = np.union1d(self.knots, more.knots)
+        value = self.at(knots) + more.at(knots)
+        sd = np.interp(knots, more.knots, more.sd)
+        return replace(self, knots=knots, value=value, sd=sd, normal=None)
+
     def clear_at(self, x: Array, times: float = 2.0) -> NDArray[np.bool_]:
         """Tell where the strength is beyond some standard deviations."""
         return np.abs(self.at(x)) > times * np.interp(x, self.knots, self.sd)
