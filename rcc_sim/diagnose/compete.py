@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.diagnose.candidates import Candidate
+from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.detect import least_seen
 from rcc_sim.diagnose.engine import Engine, Fit
 from rcc_sim.diagnose.knobs import nuisance_knobs
@@ -31,6 +32,7 @@ from rcc_sim.diagnose.refine import (
 )
 from rcc_sim.diagnose.remainder import remainder
 from rcc_sim.diagnose.screen import Screened
+from rcc_sim.diagnose.sums import with_all_figures
 
 Array = NDArray[np.float64]
 
@@ -77,43 +79,6 @@ SHARPENED = 4
 
 ROOM = 2e7
 """Largest number of windows times rows: each is a number to be kept, for each track."""
-
-
-@dataclass(frozen=True)
-class Cause:
-    """An effect that is asserted.
-
-    Parameters
-    ----------
-    effect : str
-        Its id.
-    keys : tuple of str
-        Dotted keys of the figures found.
-    gain : float
-        Nats it gained when it was taken in.
-    rival : float
-        Nats of the best candidate that is not tied with it.
-    tied : tuple of str
-        Effects that these logs cannot tell from it.
-    profiles : dict
-        Log -> profile, where it varies over the drive.
-    sharpened : float
-        Times more that it gained by the noise it leaves than by ``gain``.
-    shares : ndarray
-        Share of each track in what it changes.
-    screened : dict
-        Effect -> nats that it gained in the screen in which this one was found.
-    """
-
-    effect: str
-    keys: tuple[str, ...]
-    gain: float
-    rival: float = 0.0
-    tied: tuple[str, ...] = ()
-    profiles: dict[int, Profile] = field(default_factory=dict)
-    sharpened: float = 1.0
-    shares: Array = field(default_factory=lambda: np.zeros(0))
-    screened: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -182,6 +147,7 @@ def compete(
             break
         causes = taken_in(causes, replace(one, screened=constant))
         current = engine.fit(best.fit.values, best.fit.knobs)
+        causes, current = with_all_figures(engine, current, causes, candidates)
     told("leaving out what is not needed")
     causes, current = without_idle(engine, causes, current)
     causes.sort(key=lambda c: -c.gain)

@@ -18,7 +18,7 @@ from rcc_sim.simulate.replay import replay
 from rcc_sim.units import J_PER_WH
 
 if TYPE_CHECKING:
-    from rcc_sim.diagnose.compete import Cause
+    from rcc_sim.diagnose.cause import Cause
     from rcc_sim.diagnose.problem import Problem
 
 Array = NDArray[np.float64]

@@ -18,7 +18,8 @@ from rcc_sim.analyse.logged import Logged
 from rcc_sim.definitions.figure import Z_90, Figure
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.candidates import candidates_for
-from rcc_sim.diagnose.compete import Cause, Explanation, compete
+from rcc_sim.diagnose.cause import Cause
+from rcc_sim.diagnose.compete import Explanation, compete
 from rcc_sim.diagnose.engine import Engine, Fit
 from rcc_sim.diagnose.experiment import Experiment, next_experiments
 from rcc_sim.diagnose.hold_out import Shrink, halves, hold_out, shrink_of
@@ -26,6 +27,7 @@ from rcc_sim.diagnose.knobs import BIAS, RADIUS, Knob, figures_of
 from rcc_sim.diagnose.prices import Prices, prices
 from rcc_sim.diagnose.problem import Problem, by_charge
 from rcc_sim.diagnose.remainder import Remainder, remainder
+from rcc_sim.diagnose.sums import with_all_figures
 from rcc_sim.diagnose.ties import settled
 from rcc_sim.diagnose.verdict import (
     INTERVAL,
@@ -258,6 +260,7 @@ def diagnose(
     fit, causes = known.fit, standing(known.causes, left, known.fit)
     if len(causes) < len(known.causes):
         fit, acting = _only(engine, found, fit, causes)
+    causes, fit = with_all_figures(acting, fit, causes, able)
     told("proof on held-out rows")
     shrink, before, after = _proof(acting, engine, fit, holdouts, vehicle)
     stated = {key: figure.value for key, figure in vehicle.figures().items()}

@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 
 from rcc_sim.definitions.figure import Z_90
 from rcc_sim.diagnose.candidates import Candidate
-from rcc_sim.diagnose.compete import Cause
+from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.engine import MEMORY, Engine, Fit
 from rcc_sim.diagnose.knobs import nuisance_knobs
 from rcc_sim.diagnose.noise import FREEDOM, weights

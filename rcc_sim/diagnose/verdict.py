@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 from math import exp, inf
 
 from rcc_sim.definitions.figure import Z_90
-from rcc_sim.diagnose.compete import ENOUGH, Cause, Explanation, shares_of
+from rcc_sim.diagnose.cause import Cause
+from rcc_sim.diagnose.compete import ENOUGH, Explanation, shares_of
 from rcc_sim.diagnose.engine import Fit
 from rcc_sim.diagnose.remainder import UNKNOWN_ENOUGH, Remainder
 from rcc_sim.diagnose.screen import TICK

@@ -6,7 +6,8 @@ import pytest
 from rcc_sim.analyse.charge import battery_energy
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.candidates import candidates_for
-from rcc_sim.diagnose.compete import Cause, compete
+from rcc_sim.diagnose.cause import Cause
+from rcc_sim.diagnose.compete import compete
 from rcc_sim.diagnose.engine import Engine, Fit
 from rcc_sim.diagnose.profile import Profile, freed
 from rcc_sim.diagnose.run import problem_of

@@ -7,7 +7,7 @@ from rcc_sim.analyse.gap import gap
 from rcc_sim.analyse.logged import open_log
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.compete import Cause
+from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.prices import prices, with_profiles
 from rcc_sim.diagnose.profile import Profile
 from rcc_sim.diagnose.run import problem_of

@@ -7,7 +7,7 @@ import pytest
 
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.candidates import candidates_for
-from rcc_sim.diagnose.compete import Cause
+from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.knobs import Knob, nuisance_knobs
 from rcc_sim.diagnose.run import problem_of

@@ -2,7 +2,7 @@
 
 import pytest
 
-from rcc_sim.diagnose.compete import Cause
+from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.remainder import UNKNOWN_ENOUGH, Remainder
 from rcc_sim.diagnose.verdict import status_of
 

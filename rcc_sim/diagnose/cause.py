@@ -1,0 +1,49 @@
+"""A cause: an effect that is asserted, and by how much it gained."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rcc_sim.diagnose.profile import Profile
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Cause:
+    """An effect that is asserted.
+
+    Parameters
+    ----------
+    effect : str
+        Its id.
+    keys : tuple of str
+        Dotted keys of the figures found.
+    gain : float
+        Nats it gained when it was taken in.
+    rival : float
+        Nats of the best candidate that is not tied with it.
+    tied : tuple of str
+        Effects that these logs cannot tell from it.
+    profiles : dict
+        Log -> profile, where it varies over the drive.
+    sharpened : float
+        Times more that it gained by the noise it leaves than by ``gain``.
+    shares : ndarray
+        Share of each track in what it changes.
+    screened : dict
+        Effect -> nats that it gained in the screen in which this one was found.
+    """
+
+    effect: str
+    keys: tuple[str, ...]
+    gain: float
+    rival: float = 0.0
+    tied: tuple[str, ...] = ()
+    profiles: dict[int, Profile] = field(default_factory=dict)
+    sharpened: float = 1.0
+    shares: Array = field(default_factory=lambda: np.zeros(0))
+    screened: dict[str, float] = field(default_factory=dict)
