@@ -87,7 +87,10 @@ def diagnose(
     ] = None,
     profiles: Annotated[
         Path | None,
-        typer.Option(help="Write the causes that vary, over time.", metavar="F.csv"),
+        typer.Option(
+            help="Write the causes that vary, over time; a file each log.",
+            metavar="F.csv",
+        ),
     ] = None,
     next_run: Annotated[
         Path | None,
@@ -210,15 +213,27 @@ def _write(
     profiles: Path | None,
     next_run: Path | None,
 ) -> None:
-    from rcc_sim.diagnose.deliver import write_mended, write_next_run, write_profiles
+    from rcc_sim.diagnose.deliver import (
+        varying,
+        write_mended,
+        write_next_run,
+        write_profiles,
+    )
 
     if vehicle is not None:
         write_mended(found, vehicle)
         say(f"wrote {vehicle}")
+        if "auxiliary_load" in varying(found):
+            first = found.gaps[0].log
+            say(f"note: auxiliary_load varies; {vehicle} holds its mean over {first}")
     if profiles is not None:
-        with atomic(profiles, "wb") as file:
-            write_profiles(found, file)
-        say(f"wrote {profiles}")
+        for i in range(len(found.gaps)):
+            path = profiles.with_suffix(f".{i + 1}{profiles.suffix}") if i else profiles
+            with atomic(path, "wb") as file:
+                write_profiles(found, file, i)
+            say(f"wrote {path}")
+        if not varying(found):
+            say(f"note: no cause varies over the drive; {profiles} holds time_s alone")
     if next_run is not None:
         write_next_run(found, next_run)
         say(f"wrote {next_run}")

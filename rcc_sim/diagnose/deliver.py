@@ -8,6 +8,7 @@ from typing import IO, Any
 import numpy as np
 
 from rcc_sim.definitions.figure import Z_90
+from rcc_sim.definitions.kernel import road_of
 from rcc_sim.definitions.write_vehicle import write_vehicle
 from rcc_sim.diagnose.menu import level_column, limits_of, menu
 from rcc_sim.diagnose.run import Diagnosis
@@ -31,8 +32,13 @@ def write_mended(found: Diagnosis, path: Path) -> None:
         profile = a.cause.profiles.get(0)
         if profile is not None and profile.along == "distance_m":
             beside = path.with_name(f"{path.stem}.{a.cause.effect}.csv")
-            rest = profile.value - a.figures["slope"].value
-            road = Trace({"distance_m": profile.knots, "slope": rest})
+            distance, rest = profile.knots, profile.value - profile.value.mean()
+            stated = road_of(found.vehicle)
+            if stated is not None:  # which this one stands in place of
+                distance = np.union1d(distance, stated[0])
+                rest = np.interp(distance, profile.knots, rest)
+                rest = rest + np.interp(distance, *stated)
+            road = Trace({"distance_m": distance, "slope": rest})
             with beside.open("wb") as file:
                 write_trace(road, file)
             effects[a.cause.effect]["profile"] = beside.name
@@ -40,16 +46,21 @@ def write_mended(found: Diagnosis, path: Path) -> None:
     write_vehicle(found.vehicle, path, found.figures(), effects, log)
 
 
-def write_profiles(found: Diagnosis, file: IO[bytes]) -> None:
-    """Write ``time_s`` and one column per cause that varies, at the log's rows.
+def varying(found: Diagnosis) -> list[str]:
+    """Return the causes that vary over a drive."""
+    return [a.cause.effect for a in found.asserted if a.cause.profiles]
+
+
+def write_profiles(found: Diagnosis, file: IO[bytes], log: int = 0) -> None:
+    """Write ``time_s`` and one column per cause that varies, at a log's rows.
 
     ``effect.parameter``, with ``_low`` and ``_high`` of its 90 % band.
     """
-    problem = found.found.engine.problems[0]
+    problem = found.found.engine.problems[log]
     time = problem.log["time_s"]
     columns = {"time_s": time}
     for a in found.asserted:
-        profile = a.cause.profiles.get(0)
+        profile = a.cause.profiles.get(log)
         if profile is None:
             continue
         x = problem.coordinate(profile.along)

@@ -35,6 +35,8 @@ def test_a_diagnosis_writes_all_that_is_asked_for(drive, tmp_path):
     document = json.loads(done.stdout)
     assert "auxiliary_load" in [c["effect"] for c in document["causes"]]
     assert all(path.stat().st_size > 20 for path in files.values())
+    assert "no cause varies" in done.stderr  # so that the profiles hold time alone
+    assert files["--profiles"].read_text().splitlines()[0] == "time_s"
     value = document["causes"][0]["parameters"]["power_w"]["value"]
     assert value == pytest.approx(3, rel=0.05)
     gap = rccsim("gap", drive, "--vehicle", files["--write-vehicle"], "--json")

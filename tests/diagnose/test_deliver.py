@@ -1,0 +1,80 @@
+"""What a diagnosis writes: profiles log by log, roads that add up, notes."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from rcc_sim.definitions.figure import Figure
+from rcc_sim.definitions.kernel import road_of
+from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose.cause import Cause
+from rcc_sim.diagnose.deliver import varying, write_mended, write_profiles
+from rcc_sim.diagnose.profile import Profile
+from rcc_sim.diagnose.run import problem_of
+from rcc_sim.diagnose.verdict import Asserted, Estimate
+from rcc_sim.trace import Trace, read_trace
+
+SLOPE = "effects.road_grade.slope"
+
+
+def problem(car, seconds):
+    t = np.arange(0.0, seconds, 0.1)
+    return problem_of(Trace({"time_s": t, "speed_mps": 12 + 3 * np.sin(t / 9)}), car)
+
+
+def hill(length, height, mean=0.0):
+    knots = np.linspace(0.0, length, 5)
+    value = mean + height * np.array([0.0, 1.0, 0.0, -1.0, 0.0])
+    return Profile(SLOPE, "distance_m", knots, value, 0.001 + 0 * knots, 99.0)
+
+
+def diagnosis(car, problems, profiles):
+    cause = Cause("road_grade", (SLOPE,), 99.0, profiles=profiles)
+    stated = car.figures().get(SLOPE)
+    mean = float(profiles[0].value.mean()) + (stated.value if stated else 0.0)
+    slope = {"slope": Estimate(mean, mean - 0.01, mean + 0.01, 0.006)}
+    return SimpleNamespace(
+        asserted=[Asserted(cause, 0.99, slope)],
+        vehicle=car,
+        gaps=[SimpleNamespace(log=f"log{i}.csv") for i in range(len(problems))],
+        found=SimpleNamespace(engine=SimpleNamespace(problems=problems)),
+        fit=SimpleNamespace(values={}),
+        figures=dict,
+        effects=lambda: {"road_grade": {"slope": Figure(mean, 0.006)}},
+    )
+
+
+def test_each_log_has_its_own_profile(tmp_path):
+    car = load_vehicle("r1t_epa")
+    problems = [problem(car, 60.0), problem(car, 90.0)]
+    found = diagnosis(car, problems, {0: hill(600, 0.02), 1: hill(900, 0.03)})
+    assert varying(found) == ["road_grade"]
+    for i, (one, height) in enumerate(zip(problems, (0.02, 0.03), strict=True)):
+        path = tmp_path / f"{i}.csv"
+        with path.open("wb") as file:
+            write_profiles(found, file, i)
+        told = read_trace(path)
+        assert told["time_s"] == pytest.approx(one.log["time_s"])
+        assert told["road_grade.slope"].max() == pytest.approx(height, rel=0.02)
+
+
+def test_a_road_that_the_file_states_stays_under_what_was_found(tmp_path):
+    known = np.array([0.0, 100.0, 1000.0]), np.array([0.01, -0.02, 0.0])
+    road = Trace({"distance_m": known[0], "slope": known[1]})
+    (tmp_path / "road.csv").write_text(
+        "distance_m,slope\n"
+        + "".join(f"{s},{k}\n" for s, k in zip(*road.columns.values(), strict=True))
+    )
+    text = load_vehicle("r1t_epa").path.read_text()
+    (tmp_path / "car.toml").write_text(
+        f'{text}\n[effects.road_grade]\nslope = 0.003\nprofile = "road.csv"\n'
+    )
+    car = load_vehicle(str(tmp_path / "car.toml"))
+    found = hill(600, 0.02, mean=0.004)
+    mended = tmp_path / "mended.toml"
+    write_mended(diagnosis(car, [problem(car, 60.0)], {0: found}), mended)
+    out = load_vehicle(str(mended))
+    s = np.linspace(0, 600, 31)
+    total = np.interp(s, *road_of(out)) + out.figures()[SLOPE].value
+    assert total == pytest.approx(0.003 + np.interp(s, *known) + found.at(s), abs=1e-6)
