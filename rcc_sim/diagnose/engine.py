@@ -187,8 +187,12 @@ class Engine:
         left_in = dict(zip(tracks, left, strict=True))
 
         def one(i: int) -> Whitener:
-            known = (self.valid[i], self.grows_with[i], self.edges[i], self.least[i])
-            return fit_whitener(left_in[i], *known)
+            e, valid, (log, channel) = left_in[i], self.valid[i], self.tracks[i]
+            if channel in self.problems[log].unzeroed and valid.any():
+                # a noise that remembers would take the offset that is looked for
+                e = e - float(np.mean(e[valid]))
+            known = (valid, self.grows_with[i], self.edges[i], self.least[i])
+            return fit_whitener(e, *known)
 
         return self.each(one, tracks)
 

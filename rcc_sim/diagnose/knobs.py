@@ -93,7 +93,8 @@ def tolerance_knobs(problem: Problem) -> list[Knob]:
 def bias_knobs(problem: Problem, log: int = 0) -> list[Knob]:
     """An offset for each sensor but those that count: encoder and charge.
 
-    And the share of each bend's drag that the power shows late.
+    Nor for one whose offset was withheld: that is what is to be found. And the share
+    of each bend's drag that the power shows late.
     """
     knobs = []
     for c in problem.channels:
@@ -101,6 +102,8 @@ def bias_knobs(problem: Problem, log: int = 0) -> list[Knob]:
         stated = sensor.bias_sd.value if sensor and sensor.bias_sd else None
         share = ZEROED if c.startswith("battery") else SENSOR_BIAS
         sd = share * calm_noise(problem.log[c]) if stated is None else stated
+        if c in problem.unzeroed:
+            continue
         counted = c == "speed_mps" or (c == "battery_power_w" and problem.charge)
         if not counted and sd > 0:
             knobs.append(Knob(bias_key(log, c), 0.0, sd))

@@ -66,6 +66,8 @@ class Problem:
         battery's charge alone.
     bridged : ndarray of bool or None
         Rows of such a drive at which no speed was logged.
+    unzeroed : tuple of str
+        Columns whose offset is no tolerance: it was stated, and is withheld.
     """
 
     vehicle: Vehicle
@@ -73,6 +75,7 @@ class Problem:
     drive: Drive
     charge: Charge | None = None
     bridged: NDArray[np.bool_] | None = None
+    unzeroed: tuple[str, ...] = ()
 
     @cached_property
     def channels(self) -> tuple[str, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from math import inf
 from typing import Any
@@ -43,6 +43,12 @@ from rcc_sim.trace import Trace
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+
+OFFSETS = {
+    "accelerometer_bias": ("accel_x_mps2", "accel_y_mps2"),
+    "yaw_rate_bias": ("yaw_rate_radps",),
+}
+"""Effects that are the offset of a sensor, and which."""
 
 TOLD, MOVED = 0.9, 0.1
 """Share of its stated sd below which the sd of a figure must fall for it to be written;
@@ -241,7 +247,8 @@ def diagnose(
     """
     told("where")
     gaps = tuple(gap(one, vehicle, repeats=repeats) for one in logs)
-    problems = [problem_of(one.log, vehicle) for one in logs]
+    offsets = tuple(c for name in withheld for c in OFFSETS.get(name, ()))
+    problems = [replace(problem_of(one.log, vehicle), unzeroed=offsets) for one in logs]
     engine = Engine(problems)
     able = candidates_for(problems, candidates, withheld)
     found = compete(engine, able, told)

@@ -1,0 +1,152 @@
+"""Effects withheld from measured cars: what the diagnosis makes of them.
+
+A BMW i3 whose heater and air conditioning are hidden, a Twizy whose altitude is, and
+the DART car without its friction, its throttle's dead zone or its steering's lag.
+
+    python -m benchmarks.real_cars [FOLDER] [bmw] [twizy] [dart] [--jobs N]
+
+FOLDER holds real_ev/ and real_rc/ as their SOURCES.md describe.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d, median_filter
+
+from rcc_sim.analyse.logged import open_log
+from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose.run import Diagnosis, diagnose
+
+Array = NDArray[np.float64]
+
+DATA = Path(__file__).resolve().parents[2] / "shared/data"
+STRETCH = 2000.0  # m over which climbs are compared
+GLITCH = 80.0  # m; a climb of a stretch beyond it is the altimeter's fault
+SPEEDS = (0.5, 1.0, 1.5, 2.0)  # m/s at which a coast friction is judged
+STRAIGHT = ("road_load", "throttle_dead_zone", "accelerometer_bias", "motor_lag")
+TURNING = ("steering_lag", "sensor_delay")
+FRICTION = (1.266, 0.7393, -0.1123)  # N, N s/m, N s²/m²; as published
+
+
+def told(found: Diagnosis) -> str:
+    """The causes, the first with what ties with it."""
+    words = [a.cause.effect + "~" * len(a.cause.tied) for a in found.asserted]
+    return "+".join(words) or found.status
+
+
+def bmw(path: Path) -> str:
+    """A trip with heater and air conditioning hidden."""
+    car = load_vehicle("bmw_i3")
+    found = diagnose([open_log(path, car, hide=["aux_power_w"])], car)
+    log = open_log(path, car).log
+    heater, time = log["aux_power_w"], log["time_s"]
+    row = f"{path.name[:7]}  {np.nanmean(heater):5.0f} W  {told(found):40}"
+    profile = next(
+        (
+            a.cause.profiles[0]
+            for a in found.asserted
+            if a.cause.effect == "auxiliary_load" and a.cause.profiles
+        ),
+        None,
+    )
+    if profile is not None:
+        key = "effects.auxiliary_load.power_w"
+        stated = car.figures()[key].value
+        off = found.fit.values.get(key, stated) - stated
+        known = np.isfinite(heater)
+        estimate = (profile.at(time) + off)[known]
+        alike = np.corrcoef(estimate, heater[known])[0, 1]
+        bias = float(np.mean(estimate - heater[known]))
+        row += f"correlation {alike:5.3f}  bias {bias:+5.0f} W  "
+    before, after = found.energy_before or 0.0, found.energy_after or 0.0
+    return row + f"energy {before:+5.1f} -> {after:+5.2f} %"
+
+
+def twizy(path: Path) -> str:
+    """A trip with its altitude hidden, and known."""
+    car = load_vehicle("twizy")
+    found = diagnose([open_log(path, car, hide=["elevation_m"])], car)
+    row = f"{path.name[:15]:15}  hidden: {told(found):16}"
+    log = open_log(path, car).log
+    profile = next((a.cause.profiles.get(0) for a in found.asserted), None)
+    if profile is not None and profile.along == "distance_m":
+        problem = found.found.engine.problems[0]
+        s = np.interp(log["time_s"], problem.log["time_s"], problem.distance)
+        height = gaussian_filter1d(median_filter(log["elevation_m"], 31), 5)
+        steps = np.diff(s, prepend=s[0])
+        ends = np.arange(0, s[-1], STRETCH)
+        s = np.maximum.accumulate(s + 1e-9 * np.arange(len(s)))
+        true = np.diff(np.interp(ends, s, height))
+        mine = np.diff(np.interp(ends, s, np.cumsum(profile.at(s) * steps)))
+        sound = np.abs(true) < GLITCH
+        cov = np.cov(true[sound], mine[sound])
+        row += f"climbs of 2 km: slope {cov[0, 1] / cov[0, 0]:4.2f}, "
+        row += f"correlation {cov[0, 1] / np.sqrt(cov[0, 0] * cov[1, 1]):4.2f}  "
+    return row + f"known: {told(diagnose([open_log(path, car)], car))}"
+
+
+def dart(path: Path, withheld: str) -> str:
+    """A run with one effect withheld."""
+    car = load_vehicle("dart_jetracer").changed(without=(withheld,))
+    found = diagnose([open_log(path, car)], car, withheld=[withheld])
+    row = f"{path.name[:44]:44}  {withheld:18}  {told(found):32}"
+    first = next((a for a in found.asserted), None)
+    if first is None or first.cause.effect != withheld:
+        if withheld in found.not_identifiable:
+            return row + "called not identifiable"
+        tied = first is not None and withheld in first.cause.tied
+        return row + ("in the tie" if tied else "")
+    values = {k: e.value for k, e in first.figures.items()}
+    if withheld != "road_load":
+        return row + ", ".join(f"{k} {x:.3f}" for k, x in values.items())
+    mine = [values.get(k, 0.0) for k in ("a_n", "b_n_s_per_m", "c_n_s2_per_m2")]
+    ratios = [force(mine, v) / force(FRICTION, v) for v in SPEEDS]
+    return row + "of the published force " + " ".join(f"{x:.2f}" for x in ratios)
+
+
+def force(figures: tuple[float, ...] | list[float], v: float) -> float:
+    """A + B v + C v² [N]."""
+    return sum(x * v**k for k, x in enumerate(figures))
+
+
+def runs(folder: Path, which: list[str]) -> list[tuple[Callable[..., str], tuple]]:
+    """Every log with what is to be done with it."""
+    ev, rc = folder / "real_ev", folder / "real_rc/dart_jetracer"
+    out: list[tuple[Callable[..., str], tuple]] = []
+    if "bmw" in which:
+        out += [(bmw, (p,)) for p in sorted((ev / "bmw_i3_tum").glob("Trip*.csv.gz"))]
+    if "twizy" in which:
+        out += [(twizy, (p,)) for p in sorted((ev / "twizy_rsk").glob("T*.csv.gz"))]
+    if "dart" in which:
+        steps = [p for d in ("10_*", "19_*") for p in sorted(rc.glob(f"{d}/*.csv"))]
+        for effect in STRAIGHT:
+            out += [(dart, (p, effect)) for p in steps]
+        turns = [p for d in ("30_*", "40_*") for p in sorted(rc.glob(f"{d}/*.csv"))]
+        seen = [p for d in ("50_*", "70_*", "rosbag1") for p in rc.glob(f"{d}/*.gz")]
+        for effect in TURNING:
+            out += [(dart, (p, effect)) for p in [*turns, *sorted(seen)]]
+    return out
+
+
+def main() -> None:
+    """Diagnose every log and print a line each."""
+    words = sys.argv[1:]
+    jobs = int(words[words.index("--jobs") + 1]) if "--jobs" in words else 2
+    which = [w for w in words if w in ("bmw", "twizy", "dart")]
+    folders = [Path(w) for w in words if Path(w).is_dir()]
+    todo = runs(folders[0] if folders else DATA, which or ["bmw", "twizy", "dart"])
+    os.environ["OPENBLAS_NUM_THREADS"] = "1"
+    with ProcessPoolExecutor(jobs) as pool:
+        for row in [pool.submit(do, *args) for do, args in todo]:
+            print(row.result(), flush=True)
+
+
+if __name__ == "__main__":
+    main()
