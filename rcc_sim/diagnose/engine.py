@@ -185,10 +185,11 @@ class Engine:
     ) -> list[Whitener]:
         """Noise model of some tracks, from what is left in them."""
         left_in = dict(zip(tracks, left, strict=True))
+        sought = {(i, c) for i, p in enumerate(self.problems) for c in p.unzeroed}
 
         def one(i: int) -> Whitener:
-            e, valid, (log, channel) = left_in[i], self.valid[i], self.tracks[i]
-            if channel in self.problems[log].unzeroed and valid.any():
+            e, valid = left_in[i], self.valid[i]
+            if self.tracks[i] in sought and valid.any():
                 # a noise that remembers would take the offset that is looked for
                 e = e - float(np.mean(e[valid]))
             known = (valid, self.grows_with[i], self.edges[i], self.least[i])

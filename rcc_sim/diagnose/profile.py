@@ -53,6 +53,8 @@ class Profile:
         Whether it was weighed together with the drift of a sensor.
     normal : tuple of ndarray or None
         Normal equations of the strengths; None where they were weighed with a drift.
+    mean_sd : float
+        Standard deviation of their mean, by which all may be off together.
     """
 
     key: str
@@ -63,6 +65,7 @@ class Profile:
     evidence: float
     beside_drift: bool = False
     normal: tuple[Array, Array] | None = None
+    mean_sd: float = 0.0
 
     @property
     def coherence(self) -> float:
@@ -83,7 +86,9 @@ class Profile:
         knots = np.union1d(self.knots, more.knots)
         value = self.at(knots) + more.at(knots)
         sd = np.interp(knots, more.knots, more.sd)
-        return replace(self, knots=knots, value=value, sd=sd, normal=None)
+        return replace(
+            self, knots=knots, value=value, sd=sd, normal=None, mean_sd=more.mean_sd
+        )
 
     def clear_at(self, x: Array, times: float = 2.0) -> NDArray[np.bool_]:
         """Tell where the strength is beyond some standard deviations."""
@@ -124,6 +129,7 @@ class Weighed:
     knobs: Array
     cost: float
     normal: tuple[Array, Array]
+    mean_sd: float
 
 
 class Probe:
@@ -170,6 +176,7 @@ class Probe:
             found.evidence,
             drifts,
             None if drifts else found.normal,
+            found.mean_sd,
         )
 
     def sharper(self, profile: Profile, log: int, x: Array) -> Profile:
@@ -183,7 +190,7 @@ class Probe:
         again = self._relearnt(tracks, H, found)
         if again.evidence <= found.evidence:
             return profile
-        return replace(profile, value=again.value, sd=again.sd)
+        return replace(profile, value=again.value, sd=again.sd, mean_sd=again.mean_sd)
 
     def _knobs(self, noise: Whitener, track: int) -> Array:
         """Signals of the knobs in a track, whitened; kept for the fit's own noise."""
@@ -215,9 +222,9 @@ class Probe:
         A, r, J = A * W[:, None], r * W, J * W[:, None]
         off = np.array([fit.values[k.key] - k.value for k in fit.knobs])
         M, b, back = freed(A, r, J, np.array([k.sd for k in fit.knobs]), off)
-        evidence, value, sd = likeliest(M, b, smooth(len(b)))
+        evidence, value, sd, mean_sd = likeliest(M, b, smooth(len(b)))
         cost = float(b @ value - 0.5 * value @ M @ value) - evidence
-        return Weighed(evidence, value, sd, back(value), cost, (M, b))
+        return Weighed(evidence, value, sd, back(value), cost, (M, b), mean_sd)
 
     def _relearnt(self, tracks: list[int], H: Array, found: Weighed) -> Weighed:
         """Weigh a profile against the noise, as either may be taken for the other.
@@ -282,15 +289,15 @@ def smooth(k: int) -> Array:
     return inverse
 
 
-def likeliest(M: Array, b: Array, shape: Array) -> tuple[float, Array, Array]:
-    """Evidence, strengths and their sd under the prior size that is likeliest.
+def likeliest(M: Array, b: Array, shape: Array) -> tuple[float, Array, Array, float]:
+    """Evidence, strengths, their sd and their mean's, for the likeliest prior size.
 
     ``shape`` is the prior's inverse covariance at size 1.
     """
     k = len(b)
     unit = 1 / (np.sqrt(np.trace(M) / k) or 1.0)
     least = 0.5 * np.linalg.slogdet(shape)[1]
-    best = (0.0, np.zeros(k), np.zeros(k))
+    best = (0.0, np.zeros(k), np.zeros(k), 0.0)
     for size in SIZES:
         tau = size * unit
         P = shape / tau**2
@@ -301,7 +308,8 @@ def likeliest(M: Array, b: Array, shape: Array) -> tuple[float, Array, Array]:
         if value > best[0]:
             inverse = np.linalg.inv(C)
             sd = np.sqrt((inverse**2).sum(0))
-            best = (value, inverse.T @ y, sd)
+            mean_sd = float(np.linalg.norm(inverse.sum(1))) / k
+            best = (value, inverse.T @ y, sd, mean_sd)
     return best
 
 

@@ -135,7 +135,7 @@ def _of_profile(fit: Fit, key: str, cause: Cause, stated: float) -> Estimate:
     """Mean of a profile and what it acts on top of: fitted, else as the file states."""
     profile = next(iter(cause.profiles.values()))
     mean = float(profile.value.mean()) + fit.values.get(key, stated)
-    sd = float((profile.sd**2).mean() ** 0.5 / len(profile.sd) ** 0.5)
+    sd = INTERVAL * profile.mean_sd
     return Estimate(mean, mean - Z_90 * sd, mean + Z_90 * sd, sd)
 
 

@@ -26,10 +26,10 @@ def linear_case(truth, noise, rng, rows=3000):
 def test_a_profile_is_found_with_its_band_and_nothing_where_there_is_none():
     rng = np.random.default_rng(4)
     truth = np.sin(np.linspace(0, 6, 20))
-    evidence, value, sd = likeliest(*linear_case(truth, 1.0, rng), smooth(20))
+    evidence, value, sd, _ = likeliest(*linear_case(truth, 1.0, rng), smooth(20))
     assert evidence > 100
     assert np.mean(np.abs(value - truth) < 2.6 * sd) > 0.9
-    none, flat, _ = likeliest(*linear_case(0 * truth, 1.0, rng), smooth(20))
+    none, flat, *_ = likeliest(*linear_case(0 * truth, 1.0, rng), smooth(20))
     assert none < 5
     assert np.abs(flat).max() < 0.5
 
@@ -49,7 +49,7 @@ def test_the_evidence_is_the_marginal_likelihood_of_both_priors():
     A = rng.normal(size=(30, 5))
     r = rng.normal(size=30) * 3
     for shape in (smooth(5), np.eye(5)):
-        evidence, _, _ = likeliest(A.T @ A, -A.T @ r, shape)
+        evidence, *_ = likeliest(A.T @ A, -A.T @ r, shape)
         unit = 1 / np.sqrt(np.trace(A.T @ A) / 5)
         each = [
             multivariate_normal(cov=np.eye(30) + A @ C @ A.T).logpdf(r)
@@ -66,6 +66,22 @@ def test_what_a_free_knob_can_do_is_no_profile():
     r = 3.0 + rng.normal(size=3000)
     M, b, _ = freed(A, r, np.ones((3000, 1)), np.array([np.inf]), np.zeros(1))
     assert likeliest(M, b, smooth(10))[0] < 5
+
+
+def test_the_mean_of_a_profile_is_told_with_what_all_knots_have_in_common():
+    """Against draws; knots taken as independent say too little."""
+    rng = np.random.default_rng(9)
+    x = np.linspace(0, 1, 2000)
+    A = windows(x, np.linspace(0, 1, 12))
+    J = 1.0 + 0.2 * rng.normal(size=(2000, 1))  # a knob that lifts all knots alike
+    means = []
+    for _ in range(300):
+        r = -(A @ np.ones(12)) - J[:, 0] * 0.3 * rng.normal() + rng.normal(size=2000)
+        M, b, _ = freed(A, r, J, np.array([0.3]), np.zeros(1))
+        _, value, sd, mean_sd = likeliest(M, b, smooth(12))
+        means.append(value.mean())
+    assert mean_sd == pytest.approx(np.std(means), rel=0.25)
+    assert np.sqrt(np.mean(sd**2) / len(sd)) < 0.7 * mean_sd
 
 
 def test_overlap_is_one_for_the_same_tracks_and_none_apart():
