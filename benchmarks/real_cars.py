@@ -22,11 +22,14 @@ from scipy.ndimage import gaussian_filter1d, median_filter
 
 from rcc_sim.analyse.logged import open_log
 from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose.deliver import acting
 from rcc_sim.diagnose.run import Diagnosis, diagnose
+from rcc_sim.physics.effects.road_load import road_load_force
 
 Array = NDArray[np.float64]
 
 DATA = Path(__file__).resolve().parents[2] / "shared/data"
+LOAD = "auxiliary_load"
 STRETCH = 2000.0  # m over which climbs are compared
 GLITCH = 80.0  # m; a climb of a stretch beyond it is the altimeter's fault
 SPEEDS = (0.5, 1.0, 1.5, 2.0)  # m/s at which a coast friction is judged
@@ -48,20 +51,12 @@ def bmw(path: Path) -> str:
     log = open_log(path, car).log
     heater, time = log["aux_power_w"], log["time_s"]
     row = f"{path.name[:7]}  {np.nanmean(heater):5.0f} W  {told(found):40}"
-    profile = next(
-        (
-            a.cause.profiles[0]
-            for a in found.asserted
-            if a.cause.effect == "auxiliary_load" and a.cause.profiles
-        ),
-        None,
-    )
-    if profile is not None:
-        key = "effects.auxiliary_load.power_w"
-        stated = car.figures()[key].value
-        off = found.fit.values.get(key, stated) - stated
+    load = next((a.cause for a in found.asserted if a.cause.effect == LOAD), None)
+    if load is not None and load.profiles:
         known = np.isfinite(heater)
-        estimate = (profile.at(time) + off)[known]
+        stated = car.figures()[load.keys[0]].value
+        at = found.found.engine.problems[0].log["time_s"]
+        estimate = np.interp(time, at, acting(found, load)[0] - stated)[known]
         alike = np.corrcoef(estimate, heater[known])[0, 1]
         bias = float(np.mean(estimate - heater[known]))
         row += f"correlation {alike:5.3f}  bias {bias:+5.0f} W  "
@@ -107,13 +102,8 @@ def dart(path: Path, withheld: str) -> str:
     if withheld != "road_load":
         return row + ", ".join(f"{k} {x:.3f}" for k, x in values.items())
     mine = [values.get(k, 0.0) for k in ("a_n", "b_n_s_per_m", "c_n_s2_per_m2")]
-    ratios = [force(mine, v) / force(FRICTION, v) for v in SPEEDS]
+    ratios = [road_load_force(v, *mine) / road_load_force(v, *FRICTION) for v in SPEEDS]
     return row + "of the published force " + " ".join(f"{x:.2f}" for x in ratios)
-
-
-def force(figures: tuple[float, ...] | list[float], v: float) -> float:
-    """A + B v + C v² [N]."""
-    return sum(x * v**k for k, x in enumerate(figures))
 
 
 def runs(folder: Path, which: list[str]) -> list[tuple[Callable[..., str], tuple]]:

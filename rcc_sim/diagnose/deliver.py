@@ -6,15 +6,19 @@ from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rcc_sim.definitions.figure import Z_90
 from rcc_sim.definitions.kernel import road_of
 from rcc_sim.definitions.write_vehicle import write_vehicle
+from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.menu import level_column, limits_of, menu
 from rcc_sim.diagnose.run import Diagnosis
 from rcc_sim.errors import InputError
 from rcc_sim.readers import write_commands
 from rcc_sim.trace import Trace, write_trace
+
+Array = NDArray[np.float64]
 
 
 def write_mended(found: Diagnosis, path: Path) -> None:
@@ -51,26 +55,30 @@ def varying(found: Diagnosis) -> list[str]:
     return [a.cause.effect for a in found.asserted if a.cause.profiles]
 
 
+def acting(found: Diagnosis, cause: Cause, log: int = 0) -> tuple[Array, Array]:
+    """Return a varying cause's figure at a log's rows, and half its 90 % band.
+
+    It acts on top of what was fitted, else of what the file states.
+    """
+    profile, key = cause.profiles[log], cause.keys[0]
+    x = found.found.engine.problems[log].coordinate(profile.along)
+    stated = found.vehicle.figures().get(key)
+    base = found.fit.values.get(key, stated.value if stated else 0.0)
+    return profile.at(x) + base, Z_90 * np.interp(x, profile.knots, profile.sd)
+
+
 def write_profiles(found: Diagnosis, file: IO[bytes], log: int = 0) -> None:
     """Write ``time_s`` and one column per cause that varies, at a log's rows.
 
     ``effect.parameter``, with ``_low`` and ``_high`` of its 90 % band.
     """
-    problem = found.found.engine.problems[log]
-    time = problem.log["time_s"]
+    time = found.found.engine.problems[log].log["time_s"]
     columns = {"time_s": time}
     for a in found.asserted:
-        profile = a.cause.profiles.get(log)
-        if profile is None:
+        if log not in a.cause.profiles:
             continue
-        x = problem.coordinate(profile.along)
-        key = a.cause.keys[0]
-        base = found.fit.values.get(key, 0.0)
-        if base == 0.0 and key in found.vehicle.figures():
-            base = found.vehicle.figures()[key].value
-        value = profile.at(x) + base
-        band = Z_90 * np.interp(x, profile.knots, profile.sd)
-        name = key.removeprefix("effects.")
+        value, band = acting(found, a.cause, log)
+        name = a.cause.keys[0].removeprefix("effects.")
         columns |= {
             name: value,
             f"{name}_low": value - band,

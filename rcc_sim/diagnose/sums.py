@@ -26,9 +26,11 @@ def with_all_figures(
     may be so large as to do at the log's speed what those found do there; it is begun
     from what was found, and from an equal share of each.
     """
+    sums = {c.effect: c for c in candidates if c.effect in AGGREGATES}
+    if not any(c.effect in sums for c in causes):
+        return causes, fit
     moving = np.concatenate([p.speed[p.speed > 0] for p in engine.problems])
     v = float(np.sqrt(np.mean(moving**2))) if len(moving) else 1.0
-    sums = {c.effect: c for c in candidates if c.effect in AGGREGATES}
     out: list[Cause] = []
     knobs: dict[str, Knob] = {}
     even: dict[str, float] = {}
