@@ -82,14 +82,14 @@ class Whitener:
         """Return residuals (n,) or signals (n, k), whitened, invalid rows dropped."""
         if self.turned is not None:
             return self.turned @ np.where(np.isfinite(e[self.valid]), e[self.valid], 0)
-        wide = np.ascontiguousarray(e.T) if e.ndim > 1 else e[None, :]
-        z = np.where(self.valid, wide, 0.0)
-        z /= self._unit
-        if len(self.memory):
-            edges, weight = self._ends
-            compiled(take_foreseen)(z, edges, weight, np.zeros(len(e) + 1))
-        w = z[:, self.valid]
+        wide = np.require(np.atleast_2d(e.T), float, ["C", "W"])
+        w = np.empty((len(wide), self._count))
+        compiled(whiten)(wide, self._unit, self.valid, *self._ends, w)
         return w.T if e.ndim > 1 else w[0]
+
+    @cached_property
+    def _count(self) -> int:
+        return int(np.count_nonzero(self.valid))
 
     @cached_property
     def _unit(self) -> Array:
@@ -98,24 +98,37 @@ class Whitener:
     @cached_property
     def _ends(self) -> tuple[NDArray[np.intp], Array]:
         """Edges of the blocks, and the weight of the running total at each."""
+        if not len(self.memory):
+            return np.zeros(0, dtype=np.intp), np.zeros(0)
         share = self.memory / np.diff(self.edges)
         return np.array(self.edges), np.diff(share, prepend=0.0, append=0.0)
 
 
 @jit
-def take_foreseen(z, edges, weight, total):  # type: ignore[no-untyped-def]
-    """Take from each z[j, i] what the block means before it foresee.
+def whiten(e, unit, valid, edges, weight, w):  # type: ignore[no-untyped-def]
+    """Write to w[j] the valid of e[j, i] / unit[i], less what those before foresee.
 
-    The means are differences of running totals, a weight for each edge of a block.
+    Means of blocks foresee it, which are differences of running totals, a weight for
+    each edge of a block; an invalid row counts as 0.
     """
-    n = z.shape[1]
-    for j in range(z.shape[0]):
+    n = e.shape[1]
+    z = np.empty(n)
+    total = np.zeros(n + 1)
+    for j in range(e.shape[0]):
         for i in range(n):
-            total[i + 1] = total[i] + z[j, i]
+            z[i] = 0.0
+            if valid[i]:
+                z[i] = e[j, i] / unit[i]
+            total[i + 1] = total[i] + z[i]
         for b in range(len(edges)):
-            e = edges[b]
-            for i in range(e, n):
-                z[j, i] -= weight[b] * total[i - e]
+            share, later = weight[b], z[edges[b] :]
+            for i in range(len(later)):
+                later[i] -= share * total[i]
+        k = 0
+        for i in range(n):
+            if valid[i]:
+                w[j, k] = z[i]
+                k += 1
 
 
 def weights(w: Array) -> Array:

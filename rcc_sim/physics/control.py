@@ -118,7 +118,7 @@ def throttle_force(p, throttle, v, force):
 
 
 @jit
-def road_wheel_angle(p, s, command):
+def road_wheel_angle(p, c, s, command):
     """Angle [rad] of the road wheels: lag(backlash(gain · command + offset)).
 
     The linkage ends at the vehicle's largest steering angle.
@@ -128,6 +128,5 @@ def road_wheel_angle(p, s, command):
     )
     target = min(max(target, -p.control.delta_max), p.control.delta_max)
     s.play = with_play(s.play, target, p.steering_backlash.width_rad)
-    tau = p.steering_lag.time_constant_s
-    s.angle = lagged(s.angle, s.play, tau, p.control.T_loop)
+    s.angle = lagged(s.angle, s.play, c.steer_share)
     return s.angle

@@ -12,9 +12,10 @@ from rcc_sim.physics.control import (
 )
 from rcc_sim.physics.effects.actuation_delay import command_of
 from rcc_sim.physics.effects.motor_efficiency import ETA_MIN
-from rcc_sim.physics.effects.motor_lag import built_up, mean_force
+from rcc_sim.physics.effects.motor_lag import mean_force
 from rcc_sim.physics.effects.reference_sampling import held_time
 from rcc_sim.physics.effects.steering_delay import delayed
+from rcc_sim.physics.effects.steering_lag import lagged
 from rcc_sim.physics.extra import EXTRA
 from rcc_sim.physics.follower import lane_curvature, pursuit_steer
 from rcc_sim.physics.params import FOLLOW, LOGGED, SPEED, THROTTLE
@@ -140,9 +141,9 @@ def actuate(p, c, s, u, tau, steer):
     """Bring torque [N m] and steering command [rad] to the wheels, with their lags."""
     T = p.control.T_loop
     lag = p.motor_lag.time_constant_s
-    u.tau = mean_force(s.tau, tau, lag, T)
-    s.tau = built_up(s.tau, tau, lag, T)
-    u.delta = road_wheel_angle(p, s, steer)
+    u.tau = mean_force(s.tau, tau, c.force_share, lag, T)
+    s.tau = lagged(s.tau, tau, c.force_share)
+    u.delta = road_wheel_angle(p, c, s, steer)
     u.sin_delta = math.sin(u.delta)
     u.cos_delta = math.cos(u.delta)
 

@@ -33,6 +33,7 @@ from rcc_sim.physics.effects.road_grade import grade_force, wheel_load
 from rcc_sim.physics.effects.road_load import road_load_force
 from rcc_sim.physics.effects.rolling_resistance import rolling_force
 from rcc_sim.physics.effects.rotor_inertia import reflected_mass
+from rcc_sim.physics.effects.steering_lag import caught_up
 from rcc_sim.physics.effects.tyre_saturation import slip_angle
 from rcc_sim.physics.effects.wheel_radius import true_radius
 from rcc_sim.physics.effects.yaw_inertia import true_yaw_inertia
@@ -74,6 +75,8 @@ def prepare(p, c):
     )
     c.v_slip = SLIP_BLEND * math.sqrt(c.C_F * c.l / c.m)
     c.t_char = math.sqrt(c.m * c.l / c.C_F)
+    c.force_share = caught_up(p.control.T_loop, p.motor_lag.time_constant_s)
+    c.steer_share = caught_up(p.control.T_loop, p.steering_lag.time_constant_s)
 
 
 @jit

@@ -15,6 +15,7 @@ import numpy as np
 from rcc_sim.errors import InputError
 from rcc_sim.readers.log import Array
 from rcc_sim.source import MAX_ROWS, Source
+from rcc_sim.trace import from_arrow
 
 LOOKED_AT = 200
 """Rows by which the mark of the decimals is known."""
@@ -152,7 +153,7 @@ def read_columns(
         name = read.column_names[0]
         values = read.column(0)
         read = read.remove_column(0)
-        columns[name] = values.to_pylist() if name in text else _own(values.to_numpy())
+        columns[name] = values.to_pylist() if name in text else from_arrow(values)
         del values
     _release()
     return columns, notes
@@ -163,10 +164,6 @@ def _release() -> None:
     import pyarrow
 
     pyarrow.default_memory_pool().release_unused()
-
-
-def _own(values: Array) -> Array:
-    return values if values.flags.writeable else values.copy()
 
 
 def is_number(word: str, decimal: str = ".") -> bool:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
 from rcc_sim.errors import InputError
 from rcc_sim.readers.build import (
     Column,
@@ -18,6 +16,7 @@ from rcc_sim.readers.build import (
 from rcc_sim.readers.column_map import ColumnMap, matching, shipped_maps
 from rcc_sim.readers.log import Array, Log, Mapped
 from rcc_sim.source import MAX_ROWS, Source
+from rcc_sim.trace import from_arrow
 
 NAME = "parquet"
 SUMMARY = "Parquet, in rccsim's own columns or by a column map"
@@ -87,10 +86,10 @@ def _columns(source: Source, file: Any, names: list[str]) -> dict[str, Array]:
         values = file.read(columns=[name]).column(0)
         if pyarrow.types.is_timestamp(values.type):
             stamps = values.cast(pyarrow.timestamp("ns")).cast("int64")
-            found[name] = stamps.to_numpy().astype(float) / 1e9
+            found[name] = from_arrow(stamps.cast("float64", safe=False)) / 1e9
             continue
         try:
-            found[name] = np.array(values.cast("float64", safe=False).to_numpy())
+            found[name] = from_arrow(values.cast("float64", safe=False))
         except (ValueError, NotImplementedError):
             raise InputError(
                 f"{source.name}: {name}: should be numbers: {values.type}"

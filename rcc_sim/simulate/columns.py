@@ -27,10 +27,7 @@ def trace_columns(
     n_file: float,
     K_t: float,
 ) -> dict[str, Array]:
-    """Return the trace of a run, column by edge name.
-
-    Speeds, angles and places are samples at ``time_s``; accelerations, currents,
-    torques, voltages and powers are means since the row before.
+    """Return the trace of a run: what a log may hold, places, and the energy ledger.
 
     Parameters
     ----------
@@ -38,6 +35,33 @@ def trace_columns(
         What the kernel wrote.
     lines : sequence of str
         Lines of the ledger.
+    n, n_file, K_t : float
+        As for :func:`log_columns`.
+    """
+    out = log_columns(vehicle, rows, n=n, n_file=n_file, K_t=K_t)
+    for name, symbol in (("x_m", "x"), ("y_m", "y"), ("yaw_rad", "psi")):
+        out[name] = column(rows, symbol)
+    out["distance_m"] = column(rows, "s")
+    out["battery_energy_j"] = column(rows, "E")
+    for sink in lines:
+        joules = column(sinks, sink)
+        if sink == "kinetic" or np.any(joules):
+            out[f"energy_{sink}_j"] = joules
+    return out
+
+
+def log_columns(
+    vehicle: Vehicle, rows: Any, *, n: float, n_file: float, K_t: float
+) -> dict[str, Array]:
+    """Return what a car's log may hold of a run, column by edge name.
+
+    Speeds and angles are samples at ``time_s``; accelerations, currents, torques,
+    voltages and powers are means since the row before.
+
+    Parameters
+    ----------
+    rows : records
+        What the kernel wrote.
     n, n_file : float
         Motor speed over road speed, true and by the file's radius. [1/m]
     K_t : float
@@ -69,16 +93,9 @@ def trace_columns(
         ("slope", "slope"),
         ("elevation_m", "z"),
     ):
-        if np.any(column(rows, symbol)):
-            out[name] = column(rows, symbol)
-    for name, symbol in (("x_m", "x"), ("y_m", "y"), ("yaw_rad", "psi")):
-        out[name] = column(rows, symbol)
-    out["distance_m"] = column(rows, "s")
-    out["battery_energy_j"] = column(rows, "E")
-    for sink in lines:
-        joules = column(sinks, sink)
-        if sink == "kinetic" or np.any(joules):
-            out[f"energy_{sink}_j"] = joules
+        values = column(rows, symbol)
+        if np.any(values):
+            out[name] = values
     return out
 
 

@@ -21,7 +21,7 @@ from rcc_sim.errors import InputError
 from rcc_sim.physics import params as schema
 from rcc_sim.physics import record
 from rcc_sim.physics.replay import run_replayed
-from rcc_sim.simulate.columns import trace_columns
+from rcc_sim.simulate.columns import log_columns
 from rcc_sim.simulate.own import own_terms
 from rcc_sim.simulate.road import surveyed_slope
 from rcc_sim.simulate.run import delay_lines
@@ -133,7 +133,7 @@ def replay(
     Returns
     -------
     columns : dict of ndarray, each of shape (n,)
-        As those of a simulated trace.
+        As those of a simulated trace, without places and the energy ledger.
 
     Raises
     ------
@@ -172,11 +172,9 @@ def replay(
         recalls,
     )
     c = work[0][0]
-    columns = trace_columns(
+    columns = log_columns(
         vehicle,
         table,
-        np.broadcast_to(sinks, n),
-        own.sinks,
         n=float(c["n"]),
         n_file=float(c["n_file"]),
         K_t=float(c["K_t"]),

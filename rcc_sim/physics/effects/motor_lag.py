@@ -1,25 +1,18 @@
 """A drive force that builds up gradually."""
 
-import math
-
 from rcc_sim.jit import jit
 from rcc_sim.physics.effect import Effect, Param
-from rcc_sim.physics.effects.steering_lag import lagged
 
 
 @jit
-def built_up(value, target, time_constant, dt):
-    """First-order lag of the drive force: value after dt [s] towards a target."""
-    return lagged(value, target, time_constant, dt)
+def mean_force(value, target, share, time_constant, dt):
+    """Mean of the drive force over dt [s], on its way from a value to a target.
 
-
-@jit
-def mean_force(value, target, time_constant, dt):
-    """Mean of the drive force over dt [s], on its way from a value to a target."""
+    The lag makes a share of that way in dt.
+    """
     if time_constant <= 0.0:
         return target
-    share = -math.expm1(-dt / time_constant) * time_constant / dt
-    return target + (value - target) * share
+    return target + (value - target) * (share * time_constant / dt)
 
 
 EFFECT = Effect(

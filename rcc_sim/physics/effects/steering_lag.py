@@ -7,11 +7,19 @@ from rcc_sim.physics.effect import Effect, Param
 
 
 @jit
-def lagged(value, target, time_constant, dt):
-    """First-order lag: value after dt [s] towards a target; none if there is no lag."""
+def caught_up(dt, time_constant):
+    """Share [1] of the way to its target that a first-order lag makes in dt [s]."""
     if time_constant <= 0.0:
+        return 1.0
+    return -math.expm1(-dt / time_constant)
+
+
+@jit
+def lagged(value, target, share):
+    """Value after a tick in which a lag makes a share of the way to its target."""
+    if share >= 1.0:
         return target
-    return value + (target - value) * (1.0 - math.exp(-dt / time_constant))
+    return value + (target - value) * share
 
 
 EFFECT = Effect(
