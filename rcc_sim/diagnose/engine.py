@@ -344,9 +344,9 @@ class Engine:
         H = (A.T * W) @ A + np.diag(1 / sd**2)
         off = np.array([(now.values[k.key] - k.value) / k.sd**2 for k in now.knobs])
         g = A.T @ (W * w) + off
-        unit = 1 / np.sqrt(np.diag(H) + 1e-300)
-        scaled = H * np.outer(unit, unit) + 1e-9 * np.eye(len(H))
-        return -unit * np.linalg.solve(scaled, g * unit), H
+        least = np.array([now.values[k.key] <= k.low for k in now.knobs])
+        most = np.array([now.values[k.key] >= k.high for k in now.knobs])
+        return bounded_step(H, g, least, most), H
 
     def line_search(self, now: Fit, step: Array) -> Fit | None:
         """The first of ever shorter steps that is better, if any is."""
@@ -367,3 +367,28 @@ class Engine:
         for k, s in zip(now.knobs, step, strict=True):
             trial[k.key] = float(min(max(trial[k.key] + float(s), k.low), k.high))
         return trial
+
+
+def bounded_step(H: Array, g: Array, least: Mask, most: Mask) -> Array:
+    """Newton step -H⁻¹ g of figures of which some stand at their bounds.
+
+    One that the step would take out stays there, and the others go where they do best
+    without it: cut off afterwards, it would leave them half-way.
+
+    Parameters
+    ----------
+    H, g : ndarray, shapes (k, k) and (k,)
+        Curvature and slope of what is to become least.
+    least, most : ndarray of bool, shape (k,)
+        Figures at their lower and upper bounds.
+    """
+    unit = 1 / np.sqrt(np.diag(H) + 1e-300)
+    scaled = H * np.outer(unit, unit) + 1e-9 * np.eye(len(H))
+    free = np.ones(len(H), dtype=bool)
+    while True:
+        step = np.zeros(len(H))
+        step[free] = -np.linalg.solve(scaled[np.ix_(free, free)], (g * unit)[free])
+        held = (least & (step < 0)) | (most & (step > 0))
+        if not held.any():
+            return unit * step
+        free &= ~held

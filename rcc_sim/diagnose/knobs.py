@@ -26,6 +26,9 @@ CURRENT_LOOP_LAG = 0.003
 BEND_SHARE = 0.5
 """Share of a bend's drag that a driver may make up for late, one sd."""
 
+LEAST = 0.2
+"""Share of what is stated below which no mass, length or stiffness is."""
+
 RADIUS = "effects.wheel_radius.scale"
 
 BIAS = "bias."
@@ -85,9 +88,21 @@ def tolerance_knobs(problem: Problem) -> list[Knob]:
             if RADIUS not in problem.vehicle.figures():
                 knobs.append(Knob(RADIUS, 1.0, sd / figure.value, low=0.5, high=2.0))
         elif sd > 0:
-            low = 0.2 * figure.value if figure.value > 0 else -inf
-            knobs.append(Knob(key, figure.value, sd, low=low))
+            knobs.append(Knob(key, figure.value, sd, low=least_of(problem, key)))
     return knobs
+
+
+def least_of(problem: Problem, key: str) -> float:
+    """Least that a figure may be: an effect's own bound, or a fifth of what is stated.
+
+    A loss may be nil; a mass may not.
+    """
+    value = problem.vehicle.figures()[key].value
+    table, effect, *rest = key.split(".")
+    for param in problem.vehicle.known[effect].params if table == "effects" else ():
+        if param.name == rest[0]:
+            return param.bounds[0]
+    return LEAST * value if value > 0 else -inf
 
 
 def bias_knobs(problem: Problem, log: int = 0) -> list[Knob]:

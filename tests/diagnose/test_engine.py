@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize
 
-from rcc_sim.diagnose.engine import Engine
+from rcc_sim.diagnose.engine import Engine, bounded_step
 from rcc_sim.diagnose.knobs import Knob
 
 
@@ -30,3 +31,22 @@ def test_a_step_stays_between_narrow_bounds():
     ((signal,),) = engine.signals({"x": 1.0}, [Knob("x", 1.0, low=1.0, high=1.05)])
     assert not signal.any()
     assert 1.0 <= min(tried) < max(tried) <= 1.05
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_figure_at_its_bound_holds_none_of_the_others_back(seed):
+    rng = np.random.default_rng(seed)
+    A = rng.normal(size=(9, 5)) * 10.0 ** rng.integers(-3, 4, 5)
+    H, g = A.T @ A, A.T @ rng.normal(size=9)
+    least, most = np.array([1, 0, 0, 0, 0], bool), np.array([0, 1, 0, 0, 0], bool)
+    step = bounded_step(H, g, least, most)
+    assert step[0] >= 0 >= step[1]
+    unit = 1 / np.sqrt(np.diag(H))
+    best = minimize(  # another route: in units of its own curvature, by L-BFGS-B
+        lambda x: 0.5 * x @ (H * np.outer(unit, unit)) @ x + (g * unit) @ x,
+        np.zeros(5),
+        bounds=[(0, None), (None, 0), *[(None, None)] * 3],
+        options={"ftol": 1e-15, "gtol": 1e-12, "maxiter": 5000},
+    )
+    reached = 0.5 * step @ H @ step + g @ step
+    assert reached == pytest.approx(best.fun, rel=1e-4)
