@@ -21,7 +21,11 @@ NOT_FITTED = {"air_density_kg_per_m3"}
 """Figures that stand beside another and never vary on their own."""
 
 AGGREGATES = {"road_load", "motor_efficiency"}
-"""Effects that sum up others: they are no causes unless the file states them."""
+"""Effects that sum up others."""
+
+IF_STATED = AGGREGATES | {"steering_drag"}
+"""Effects that are no causes unless the file states them: of a sum its parts are, and
+what scrubs are the axles of some cars alone."""
 
 SPEED_LOOP = {"reference_sampling", "speed_dead_zone", "speed_loop"}
 COMMANDED = {"actuation_delay", "motor_lag", "current_limit", *SPEED_LOOP}
@@ -44,8 +48,8 @@ BEYOND = 2.5
 
 OUTDOORS = {"headwind", "road_grade"}
 
-LIGHTEST = 0.5
-"""Share of its mass that a vehicle may lack."""
+LIGHTEST, HEAVIEST = 0.5, 1.0
+"""Shares of its mass that a vehicle may lack, and carry."""
 
 WITHIN = 5.0
 """Factor within which a stated figure of the car itself lies: what asks for more is not
@@ -120,8 +124,8 @@ def candidates_for(
 ) -> list[Candidate]:
     """Return the effects that these logs could show.
 
-    What sums up others is one of them where it was withheld, or asked for; where it
-    was withheld, it stands for its parts.
+    Some are where they were withheld, or asked for, alone; a sum of others that was
+    withheld stands for its parts.
 
     Raises
     ------
@@ -139,7 +143,7 @@ def candidates_for(
         if (only and name not in only) or not applies(first, effect):
             continue
         asked = name in withheld or name in only
-        if name in AGGREGATES and name not in first.vehicle.effects and not asked:
+        if name in IF_STATED and name not in first.vehicle.effects and not asked:
             continue
         params = [p for p in effect.params if is_fitted(first, effect, p)]
         searches = tuple(search_of(first, effect, p) for p in params)
@@ -223,7 +227,9 @@ def search_of(problem: Problem, effect: Effect, param: Param) -> Search:
     if effect.id == "sensor_delay":
         low = grid[0]  # within a row a delay cannot be told from smoothing
     if effect.id == "payload":
-        low = max(low, neutral - LIGHTEST * problem.vehicle.body.mass_kg.value)
+        mass = problem.vehicle.body.mass_kg.value
+        low = max(low, neutral - LIGHTEST * mass)
+        high = min(high, neutral + HEAVIEST * mass)
     a, b = param.typical
     small = problem.small.get(unit_of(param.name))
     least = 0.0

@@ -44,8 +44,8 @@ INPUTS: Schema = floats(
 """What acts on the vehicle during one step."""
 
 FORCES: Schema = floats(
-    "roll", "aero", "grade", "road", "visc", "dry", "iron", "F_F", "F_R",
-    "v_y", "r", "a", "v", "T_L", "k", "moving", "w", "w_1", "slides",
+    "roll", "aero", "grade", "road", "scrub", "ground", "visc", "dry", "iron",
+    "F_F", "F_R", "v_y", "r", "a", "v", "T_L", "k", "moving", "w", "w_1", "slides",
     "pull", "twist", "draw",
 )  # fmt: skip
 """Forces [N] and shaft torques [N m] at the middle of one step."""

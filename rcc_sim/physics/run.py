@@ -116,7 +116,7 @@ def follow_reference(p, c, s, u, f, flow, ref):
     """Let a driver decide torque [N m] and brake for the tick: torque mode."""
     u.a_ref = slope_of(s.t + 0.5 * p.control.T_loop, ref[0], ref[1], s.ref_at)
     resist(p, c, u, f, s.v_x, s.w)
-    R = f.roll + f.aero + f.grade + f.road
+    R = f.ground
     tau_loss = f.visc + f.dry + f.iron
     if EXTRA:
         R += f.pull

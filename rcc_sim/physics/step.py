@@ -8,7 +8,12 @@ kinetic energy, and the ledger closes to rounding without a line for the remaind
 import math
 
 from rcc_sim.jit import jit
-from rcc_sim.physics.bicycle import corner, steady_axle_forces, turn_velocity
+from rcc_sim.physics.bicycle import (
+    axle_slip,
+    corner,
+    steady_axle_forces,
+    turn_velocity,
+)
 from rcc_sim.physics.effects.aerodynamic_drag import drag_force
 from rcc_sim.physics.effects.auxiliary_load import auxiliary_power
 from rcc_sim.physics.effects.battery_resistance import terminal_current
@@ -33,6 +38,7 @@ from rcc_sim.physics.effects.road_grade import grade_force, wheel_load
 from rcc_sim.physics.effects.road_load import road_load_force
 from rcc_sim.physics.effects.rolling_resistance import rolling_force
 from rcc_sim.physics.effects.rotor_inertia import reflected_mass
+from rcc_sim.physics.effects.steering_drag import scrub_force
 from rcc_sim.physics.effects.steering_lag import caught_up
 from rcc_sim.physics.effects.tyre_saturation import slip_angle
 from rcc_sim.physics.effects.wheel_radius import true_radius
@@ -83,6 +89,7 @@ def prepare(p, c):
 def resist(p, c, u, f, v, w):
     """Everything that holds the vehicle back at v [m/s]: road, air, shaft.
 
+    f.ground [N] is what road and air come to together.
     w [m/s] is the speed of the driven wheels' rims, v where they do not slip.
     Dry friction, rolling resistance and the constant part of a road load are the
     most that they can be: a vehicle at rest moves only if it is pushed by more.
@@ -94,6 +101,8 @@ def resist(p, c, u, f, v, w):
     f.aero = drag_force(v_air, drag.drag_area_m2, drag.air_density_kg_per_m3)
     f.grade = grade_force(c.m, u.slope)
     f.road = road_load_force(v, road.a_n, road.b_n_s_per_m, road.c_n_s2_per_m2)
+    f.scrub = scrub_force(u.delta, p.steering_drag.force_n_per_rad)
+    f.ground = f.roll + f.aero + f.grade + f.road + f.scrub
     resist_turning(p, f, c.n * w)
 
 
@@ -114,7 +123,7 @@ def accelerate(p, c, u, f):
     k is the transmission of the gears, n = N_d / r_w; the sign of T_L, which decides
     k, is that of T + J n R / m whichever way k falls.
     """
-    R = f.roll + f.aero + f.grade + f.road + u.brake + f.F_F * u.sin_delta
+    R = f.ground + u.brake + f.F_F * u.sin_delta
     T = u.tau - f.visc - f.dry - f.iron
     if EXTRA:
         R += f.pull
@@ -187,7 +196,8 @@ def step_imposed(p, c, s, u, f, E, flow, v_1, r_1, dt):
     """Advance by dt [s] to the speed and yaw rate that were measured.
 
     The torque that this takes is worked out backwards; what the motor may not
-    brake, the friction brakes do; what it could not give is counted, not cut.
+    brake, the friction brakes do; what it could not give is counted, not cut. Its
+    wheels are turned by as much as the bend asks of wheels that do not slip.
     """
     f.v = 0.5 * (s.v_x + v_1)
     f.a = (v_1 - s.v_x) / dt
@@ -196,6 +206,7 @@ def step_imposed(p, c, s, u, f, E, flow, v_1, r_1, dt):
         f.moving = 0.0
     f.w = f.v
     f.w_1 = v_1
+    u.delta = axle_slip(0.5 * c.l * (s.r + r_1), f.v, c.v_slip)
     resist(p, c, u, f, f.v, f.v)
     if EXTRA:
         act(p, c, s, u, f, f.v, f.v, f.a)
@@ -273,7 +284,7 @@ def supply(p, c, s, u, f, flow, turning, v_1, dt):
 
     ``turning`` [N] is the force along the vehicle that its turning takes.
     """
-    F = c.m * f.a + f.roll + f.aero + f.grade + f.road + turning
+    F = c.m * f.a + f.ground + turning
     losses = f.visc + f.dry + f.iron + c.J * c.n * f.a
     if EXTRA:
         F += f.pull
@@ -339,6 +350,7 @@ def book_shared(c, u, f, E, ds, dw):
     E.aerodynamic_drag += f.aero * ds
     E.road_grade += f.grade * ds
     E.road_load += f.road * ds
+    E.steering_drag += f.scrub * ds
     E.brakes += u.brake * ds
     E.drivetrain_damping += f.visc * c.n * dw
     E.drivetrain_friction += f.dry * c.n * dw

@@ -51,6 +51,7 @@ SMALL: dict[str, dict[str, float]] = {
     "reference_sampling": {"period_s": 0.1},
     "road_load": {"a_n": 1.0, "b_n_s_per_m": 0.3, "c_n_s2_per_m2": 0.02},
     "sensor_delay": {"delay_s": 0.1},
+    "steering_drag": {"force_n_per_rad": 5.0},
     "throttle_dead_zone": {"threshold": 0.25},
     "tyre_relaxation": {"length_m": 0.1},
 }
