@@ -36,11 +36,11 @@ def write_mended(found: Diagnosis, path: Path) -> None:
         profile = a.cause.profiles.get(0)
         if profile is not None and profile.along == "distance_m":
             beside = path.with_name(f"{path.stem}.{a.cause.effect}.csv")
-            distance, rest = profile.knots, profile.value - profile.value.mean()
+            distance, rest = beyond(profile.knots, profile.value)
             stated = road_of(found.vehicle)
             if stated is not None:  # which this one stands in place of
                 distance = np.union1d(distance, stated[0])
-                rest = np.interp(distance, profile.knots, rest)
+                rest = np.interp(distance, *beyond(profile.knots, profile.value))
                 rest = rest + np.interp(distance, *stated)
             road = Trace({"distance_m": distance, "slope": rest})
             with beside.open("wb") as file:
@@ -48,6 +48,17 @@ def write_mended(found: Diagnosis, path: Path) -> None:
             effects[a.cause.effect]["profile"] = beside.name
     log = ", ".join(g.log for g in found.gaps)
     write_vehicle(found.vehicle, path, found.figures(), effects, log)
+
+
+def beyond(knots: Array, value: Array) -> tuple[Array, Array]:
+    """Return a profile less its mean, and one knot more at which it is nil.
+
+    A drive that goes farther than the log finds there the road that the file states,
+    and not for ever the last slope that was found.
+    """
+    step = knots[-1] - knots[-2] if len(knots) > 1 else 1.0
+    mean = value.mean()
+    return np.append(knots, knots[-1] + step), np.append(value - mean, -mean)
 
 
 def varying(found: Diagnosis) -> list[str]:

@@ -78,3 +78,13 @@ def test_a_road_that_the_file_states_stays_under_what_was_found(tmp_path):
     s = np.linspace(0, 600, 31)
     total = np.interp(s, *road_of(out)) + out.figures()[SLOPE].value
     assert total == pytest.approx(0.003 + np.interp(s, *known) + found.at(s), abs=1e-6)
+
+
+def test_beyond_the_log_the_mended_road_is_the_stated_one(tmp_path):
+    car = load_vehicle("r1t_epa")
+    found = diagnosis(car, [problem(car, 60.0)], {0: hill(600, 0.02, mean=0.01)})
+    write_mended(found, tmp_path / "mended.toml")
+    mended = load_vehicle(tmp_path / "mended.toml")
+    slope = np.interp([0.0, 150.0, 600.0, 750.0, 5000.0], *road_of(mended))
+    slope += mended.figures()[SLOPE].value
+    assert slope == pytest.approx([0.01, 0.03, 0.01, 0.0, 0.0], abs=1e-9)
