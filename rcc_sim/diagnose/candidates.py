@@ -59,6 +59,7 @@ MEASURED = {"N", "N m", "N m s/rad", "kg m²", "m²", "Ω", "1"}
 """Units of such figures; a load, in W or kg, may be any times what was stated."""
 
 CLOCKED = {"reference_sampling"}
+STEPPED = {"speed_dead_zone"}
 THROTTLE = {"throttle_dead_zone"}
 DELAYS = {"actuation_delay", "steering_delay", "steering_lag", "motor_lag"}
 
@@ -88,6 +89,9 @@ class Search:
         Strengths that are all tried: for thresholds, limits and clocks.
     clocked : bool
         Whether it is a period, whose signal has no slope at all: found by trying alone.
+    stepped : bool
+        Whether it acts where a command passes it, and between two commands not at all:
+        its slope leads nowhere far.
     least : float
         Distance from neutral below which a model is no better than its effect.
     most : float
@@ -101,6 +105,7 @@ class Search:
     first: float
     grid: tuple[float, ...] = ()
     clocked: bool = False
+    stepped: bool = False
     least: float = 0.0
     most: float = inf
 
@@ -252,8 +257,8 @@ def search_of(problem: Problem, effect: Effect, param: Param) -> Search:
         first = sqrt(max(a, 1e-9) * b) if small is None else LIKELY * small
     most = max(abs(a - param.neutral), abs(b - param.neutral))
     most = most if small is None else USUAL * small
-    clocked = effect.id in CLOCKED
-    return Search(key, neutral, low, high, first, grid, clocked, least, most)
+    clocked, stepped = effect.id in CLOCKED, effect.id in STEPPED
+    return Search(key, neutral, low, high, first, grid, clocked, stepped, least, most)
 
 
 def grid_of(problem: Problem, effect: Effect, param: Param) -> tuple[float, ...]:

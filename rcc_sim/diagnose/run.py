@@ -271,8 +271,10 @@ def diagnose(
     told("proof on held-out rows")
     shrink, before, after = _proof(acting, engine, fit, holdouts, vehicle)
     stated = {key: figure.value for key, figure in vehicle.figures().items()}
+    row = float(np.median(np.diff(problems[0].log["time_s"])))
     asserted = tuple(
-        Asserted(c, probability(c, left), estimates(fit, c, stated)) for c in causes
+        Asserted(c, probability(c, left), estimates(fit, c, stated, row))
+        for c in causes
     )
     told("which run to drive next")
     runs = tuple(next_experiments(acting, fit, asserted, known.rivals))

@@ -20,6 +20,9 @@ TRIES = 7
 TICK, FINER = 0.001, 9
 """Step [s], and steps to each side, by which a clock's period is found finer."""
 
+CLOSER = 1.25, 1.12, 1.06, 1.03
+"""Factors by which a threshold is found finer, one after the other."""
+
 ANOTHER = 5.0
 """Nats that one more figure of an effect must gain to join the others."""
 
@@ -138,6 +141,10 @@ class Screen:
         if search.clocked and best[0] > 0:
             near = best[1] + TICK * np.arange(-FINER, FINER + 1)
             best = max(best, self.best_of(search.key, near[near > 0], held))
+        if search.stepped and best[0] > 0:
+            for apart in CLOSER:
+                near = best[1] * np.array([1 / apart, apart])
+                best = max(best, self.best_of(search.key, near, held))
         return best
 
     def best_of(

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import exp, inf
+from math import exp, hypot, inf
 
 from rcc_sim.definitions.figure import Z_90
+from rcc_sim.diagnose.candidates import STEPPED
 from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.compete import ENOUGH, Explanation, shares_of
 from rcc_sim.diagnose.engine import Fit
 from rcc_sim.diagnose.remainder import UNKNOWN_ENOUGH, Remainder
-from rcc_sim.diagnose.screen import TICK
+from rcc_sim.diagnose.screen import CLOSER, TICK
+from rcc_sim.units import unit_of
 
 WITHDRAWN = 0.2
 """Share of a cause's nats that a remainder may have before the cause is withdrawn: of
@@ -24,6 +26,10 @@ which it need not. [1], [%]"""
 
 SOFT = 4.0
 """Nats by which odds grow by e: model error blunts a likelihood by about so much."""
+
+ROW_SHARE = 0.2
+"""Share of a log's rows to which a time is told, one sd: when within a row a command
+came or a reading was taken, no log says."""
 
 INTERVAL = 1.6
 """Factor on standard deviations for what a model leaves out; from ``blind score``."""
@@ -107,11 +113,12 @@ def probability(cause: Cause, left: Remainder) -> float:
 
 
 def estimates(
-    fit: Fit, cause: Cause, stated: Mapping[str, float]
+    fit: Fit, cause: Cause, stated: Mapping[str, float], row: float = 0.0
 ) -> dict[str, Estimate]:
     """Return the figures of a cause with their intervals.
 
-    ``stated`` holds what the vehicle file states: a profile acts on top of it.
+    ``stated`` holds what the vehicle file states: a profile acts on top of it. ``row``
+    is the time between two rows of the log. [s]
     """
     out = {}
     knobs = {k.key: k for k in fit.knobs}
@@ -120,8 +127,9 @@ def estimates(
         if cause.profiles:
             out[name] = _of_profile(fit, key, cause, stated.get(key, 0.0))
         elif key in knobs:
-            sd = min(fit.sd(key) * INTERVAL, knobs[key].high - knobs[key].low)
             value = fit.values[key]
+            sd = hypot(fit.sd(key) * INTERVAL, resolution(key, value, row))
+            sd = min(sd, knobs[key].high - knobs[key].low)
             low = max(value - Z_90 * sd, knobs[key].low)
             high = min(value + Z_90 * sd, knobs[key].high)
             out[name] = Estimate(value, min(low, value), max(high, value), sd)
@@ -129,6 +137,14 @@ def estimates(
             value = fit.values[key]
             out[name] = Estimate(value, value - TICK, value + TICK, 0.5 * TICK)
     return out
+
+
+def resolution(key: str, value: float, row: float) -> float:
+    """How exactly a figure can be told at all, one sd, whatever the curvature says."""
+    _, effect, name = key.split(".")
+    if effect in STEPPED:
+        return (CLOSER[-1] - 1) * abs(value)
+    return ROW_SHARE * row if unit_of(name) == "s" else 0.0
 
 
 def _of_profile(fit: Fit, key: str, cause: Cause, stated: float) -> Estimate:

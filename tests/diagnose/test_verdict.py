@@ -1,10 +1,15 @@
 """What does not shrink on rows that no fit saw is explained in part alone."""
 
+import numpy as np
 import pytest
 
+from rcc_sim.diagnose.candidates import Search
 from rcc_sim.diagnose.cause import Cause
+from rcc_sim.diagnose.engine import Fit
+from rcc_sim.diagnose.knobs import Knob
 from rcc_sim.diagnose.remainder import UNKNOWN_ENOUGH, Remainder
-from rcc_sim.diagnose.verdict import status_of
+from rcc_sim.diagnose.screen import Screen
+from rcc_sim.diagnose.verdict import estimates, resolution, status_of
 
 CAUSE = Cause("payload", ("effects.payload.mass_kg",), 50.0)
 NOTHING = Remainder(0.0, "drag", "", [])
@@ -30,3 +35,38 @@ def test_what_is_left_decides_where_nothing_is_named():
     assert status_of([], NOTHING, 50.0, 50.0) == "no_gap"
     assert status_of([], SOMETHING) == "unexplained"
     assert status_of([CAUSE], SOMETHING, 50.0, 1.0) == "partly_explained"
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "row", "sd"),
+    [
+        ("effects.motor_lag.time_constant_s", 0.08, 0.01, 0.002),
+        ("effects.steering_delay.delay_s", 0.08, 0.1, 0.02),
+        ("effects.speed_dead_zone.threshold_radps", 50.0, 0.01, 1.5),
+        ("effects.payload.mass_kg", 50.0, 0.01, 0.0),
+    ],
+)
+def test_no_time_is_told_within_a_row_and_no_threshold_within_a_step(
+    key, value, row, sd
+):
+    assert resolution(key, value, row) == pytest.approx(sd)
+    cause = Cause("any", (key,), 99.0)
+    knob = Knob(key, value)
+    sharp = np.array([[1e12]])
+    fit = Fit({key: value}, (knob,), 0.0, 0.0, [], [], sharp)
+    (told,) = estimates(fit, cause, {}, row).values()
+    assert told.high - told.value == pytest.approx(1.645 * sd, rel=1e-3, abs=1e-5)
+
+
+@pytest.mark.parametrize("true", [31.0, 44.0, 58.0, 83.0])
+def test_a_threshold_is_found_between_the_strengths_of_its_grid(true):
+    grid = (10.0, 20.0, 30.0, 45.0, 60.0, 90.0)
+    search = Search("x", 0.0, 0.0, 999.0, 1.0, grid, stepped=True)
+    screen = object.__new__(Screen)
+
+    def best_of(key, strengths, held):  # flat between two commands: no slope
+        off = [round(abs(np.log(x / true)) / 0.02) for x in strengths]
+        return max((100.0 - 5 * k, x) for k, x in zip(off, strengths, strict=True))
+
+    screen.best_of = best_of
+    assert screen.scan(search, {})[1] == pytest.approx(true, rel=0.05)
