@@ -21,11 +21,10 @@ NOT_FITTED = {"air_density_kg_per_m3"}
 """Figures that stand beside another and never vary on their own."""
 
 AGGREGATES = {"road_load", "motor_efficiency"}
-"""Effects that sum up others."""
+"""Effects that sum up others: they are no causes unless the file states them."""
 
-IF_STATED = AGGREGATES | {"steering_drag"}
-"""Effects that are no causes unless the file states them: of a sum its parts are, and
-what scrubs are the axles of some cars alone."""
+IF_ASKED = {"steering_drag"}
+"""Effects of some cars alone: no causes unless they were withheld, or asked for."""
 
 SPEED_LOOP = {"reference_sampling", "speed_dead_zone", "speed_loop"}
 COMMANDED = {"actuation_delay", "motor_lag", "current_limit", *SPEED_LOOP}
@@ -148,7 +147,8 @@ def candidates_for(
         if (only and name not in only) or not applies(first, effect):
             continue
         asked = name in withheld or name in only
-        if name in IF_STATED and name not in first.vehicle.effects and not asked:
+        rare = name in IF_ASKED or name not in first.vehicle.effects
+        if name in (AGGREGATES | IF_ASKED) and rare and not asked:
             continue
         params = [p for p in effect.params if is_fitted(first, effect, p)]
         searches = tuple(search_of(first, effect, p) for p in params)
