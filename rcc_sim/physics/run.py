@@ -204,6 +204,7 @@ def run_commanded(P, work, drive, maps, lines, rows, sinks, every, substeps):
                     eff = mapped_efficiency(p, c, u, f, flow, eta, dt)
                 electrify(p, c, u, f, E, flow, eff, dt)
         s.t = k * every * T
+        look_up_reference(p, s, u, ref)  # what a row samples holds from its time on
         write(c, s, u, E, flow, rows[k])
 
 
