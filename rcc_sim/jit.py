@@ -54,8 +54,7 @@ def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
     own check looks at the file of the called function alone. Where that folder cannot
     be written, it compiles anew.
     """
-    import numba
-
+    numba = _numba()
     assert isinstance(function, FunctionType)
     twin = _twin(
         function,
@@ -64,8 +63,7 @@ def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
             for name, value in _used(function).items()
         },
     )
-    config: Any = numba.config  # its settings are made as it loads
-    config.CACHE_DIR = str(getattr(function, "__cache_folder__", cache_folder()))
+    numba.config.CACHE_DIR = str(getattr(function, "__cache_folder__", cache_folder()))
     options: dict[str, Any] = {
         "cache": _can_cache(),
         "error_model": "numpy",
@@ -73,6 +71,25 @@ def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
     }
     made: Callable[..., Any] = numba.njit(forceinline=True, **options)(twin)
     return made
+
+
+@functools.cache
+def _numba() -> Any:
+    """Return numba, loaded without its linear algebra, which no kernel uses.
+
+    It would load ``scipy.linalg`` to see whether there is a BLAS, a fifth of a second.
+    """
+    import numba
+
+    absent = "scipy.linalg" not in sys.modules
+    if absent:
+        sys.modules["scipy.linalg"] = None  # type: ignore[assignment]
+    try:
+        import numba.np.arraymath
+    finally:
+        if absent:
+            del sys.modules["scipy.linalg"]
+    return numba
 
 
 def bound(

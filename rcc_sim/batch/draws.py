@@ -72,7 +72,7 @@ def bounds_of(vehicle: Vehicle, key: str) -> tuple[float, float]:
     if key == "effects.motor_efficiency.scale":
         mapped = "map" in vehicle.effects.get(effect, {})
         return 0.0, math.inf if mapped else 1.0
-    return next(p.bounds for p in vehicle.known[effect].params if p.name == name)
+    return vehicle.known[effect].param(name).bounds
 
 
 def quantiles(figure: Figure, u: Array, bounds: tuple[float, float]) -> Array:

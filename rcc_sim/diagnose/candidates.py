@@ -139,6 +139,7 @@ def candidates_for(
     first = problems[0]
     known = first.vehicle.known
     sums = {*withheld} & AGGREGATES
+    quiet = IF_ASKED | (AGGREGATES - first.vehicle.effects.keys())
     parts = {p for name in sums for p in (*known[name].excludes, *DRAGGED)}
     found = []
     for name, effect in known.items():
@@ -146,9 +147,7 @@ def candidates_for(
             continue  # it was in the sum that was taken out
         if (only and name not in only) or not applies(first, effect):
             continue
-        asked = name in withheld or name in only
-        rare = name in IF_ASKED or name not in first.vehicle.effects
-        if name in (AGGREGATES | IF_ASKED) and rare and not asked:
+        if name in quiet and name not in withheld and name not in only:
             continue
         params = [p for p in effect.params if is_fitted(first, effect, p)]
         searches = tuple(search_of(first, effect, p) for p in params)

@@ -36,13 +36,13 @@ def write_mended(found: Diagnosis, path: Path) -> None:
         profile = a.cause.profiles.get(0)
         if profile is not None and profile.along == "distance_m":
             beside = path.with_name(f"{path.stem}.{a.cause.effect}.csv")
-            distance, rest = beyond(profile.knots, profile.value)
+            distance, slope = beyond(profile.knots, profile.value)
             stated = road_of(found.vehicle)
             if stated is not None:  # which this one stands in place of
-                distance = np.union1d(distance, stated[0])
-                rest = np.interp(distance, *beyond(profile.knots, profile.value))
-                rest = rest + np.interp(distance, *stated)
-            road = Trace({"distance_m": distance, "slope": rest})
+                every = np.union1d(distance, stated[0])
+                slope = np.interp(every, distance, slope) + np.interp(every, *stated)
+                distance = every
+            road = Trace({"distance_m": distance, "slope": slope})
             with beside.open("wb") as file:
                 write_trace(road, file)
             effects[a.cause.effect]["profile"] = beside.name

@@ -51,6 +51,10 @@ WIDER = (1.0, 10.0, 100.0)
 """Times by which the step along a figure that is to be found widens until it changes
 something: a threshold may move between two ticks and change nothing."""
 
+MANY = 20_000
+"""Rows from which on threads learn the noise sooner than one does: with fewer, they
+hand numpy's many short steps over more often than they work."""
+
 THREAD = "rccsim-engine"
 """What the names of the pool's threads begin with."""
 
@@ -195,6 +199,8 @@ class Engine:
             known = (valid, self.grows_with[i], self.edges[i], self.least[i])
             return fit_whitener(e, *known)
 
+        if max(map(len, left), default=0) < MANY:
+            return [one(i) for i in tracks]
         return self.each(one, tracks)
 
     def loglik(self, residuals: list[Array], noise: list[Whitener]) -> float:

@@ -120,9 +120,8 @@ def is_wide(asserted: Asserted, fit: Fit) -> bool:
 def neutral_of(key: str) -> float:
     """Value of a figure at which its effect vanishes; 0 where that is infinite."""
     _, name, param = key.split(".")
-    effect = EFFECTS.get(name)
-    found = [p.neutral for p in effect.params if p.name == param] if effect else []
-    return found[0] if found and isfinite(found[0]) else 0.0
+    neutral = EFFECTS[name].param(param).neutral if name in EFFECTS else 0.0
+    return neutral if isfinite(neutral) else 0.0
 
 
 def best_of(

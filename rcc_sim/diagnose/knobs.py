@@ -99,9 +99,8 @@ def least_of(problem: Problem, key: str) -> float:
     """
     value = problem.vehicle.figures()[key].value
     table, effect, *rest = key.split(".")
-    for param in problem.vehicle.known[effect].params if table == "effects" else ():
-        if param.name == rest[0]:
-            return param.bounds[0]
+    if table == "effects":
+        return problem.vehicle.known[effect].param(rest[0]).bounds[0]
     return LEAST * value if value > 0 else -inf
 
 
@@ -113,12 +112,12 @@ def bias_knobs(problem: Problem, log: int = 0) -> list[Knob]:
     """
     knobs = []
     for c in problem.channels:
+        if c in problem.unzeroed:
+            continue
         sensor = problem.vehicle.sensors.get(c)
         stated = sensor.bias_sd.value if sensor and sensor.bias_sd else None
         share = ZEROED if c.startswith("battery") else SENSOR_BIAS
         sd = share * calm_noise(problem.log[c]) if stated is None else stated
-        if c in problem.unzeroed:
-            continue
         counted = c == "speed_mps" or (c == "battery_power_w" and problem.charge)
         if not counted and sd > 0:
             knobs.append(Knob(bias_key(log, c), 0.0, sd))

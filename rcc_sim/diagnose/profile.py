@@ -112,11 +112,11 @@ def windows(x: Array, knots: Array) -> Array:
     """Piecewise linear windows (n, k) around knots, that sum to 1."""
     i = np.clip(np.searchsorted(knots, x, side="right") - 1, 0, len(knots) - 2)
     part = np.clip((x - knots[i]) / (knots[i + 1] - knots[i]), 0.0, 1.0)
-    H = np.zeros((len(x), len(knots)))
+    H = np.zeros((len(knots), len(x)))  # a window's rows lie side by side
     rows = np.arange(len(x))
-    H[rows, i] = 1 - part
-    H[rows, i + 1] += part
-    return H
+    H[i, rows] = 1 - part
+    H[i + 1, rows] += part
+    return H.T
 
 
 @dataclass(frozen=True)
@@ -195,11 +195,13 @@ class Probe:
     def _knobs(self, noise: Whitener, track: int) -> Array:
         """Signals of the knobs in a track, whitened; kept for the fit's own noise."""
         if noise is not self.fit.noise[track]:
-            return noise(np.stack([j[track] for j in self.fit.signals], 1))
+            return noise(self._signals(track))
         if track not in self._white:
-            signals = np.stack([j[track] for j in self.fit.signals], 1)
-            self._white[track] = noise(signals)
+            self._white[track] = noise(self._signals(track))
         return self._white[track]
+
+    def _signals(self, track: int) -> Array:
+        return np.stack([j[track] for j in self.fit.signals]).T
 
     def _left(self, tracks: list[int]) -> list[Array]:
         return [self.fit.residuals[i] for i in tracks]
@@ -219,7 +221,8 @@ class Probe:
         J = np.vstack([self._knobs(w, i) for w, i in pairs])
         rest = np.concatenate([w(e) for w, e in zip(noise, left, strict=True)])
         W = np.sqrt(weights(rest))
-        A, r, J = A * W[:, None], r * W, J * W[:, None]
+        for x in (A, r, J):
+            x *= W[:, None] if x.ndim > 1 else W
         off = np.array([fit.values[k.key] - k.value for k in fit.knobs])
         M, b, back = freed(A, r, J, np.array([k.sd for k in fit.knobs]), off)
         evidence, value, sd, mean_sd = likeliest(M, b, smooth(len(b)))
@@ -244,7 +247,7 @@ class Probe:
             left = [
                 self.fit.residuals[i]
                 + self.signal[i] * (H @ now.value)
-                + np.stack([j[i] for j in fit.signals], 1) @ now.knobs
+                + self._signals(i) @ now.knobs
                 for i in tracks
             ]
             noise = self.engine.learn_noise_of(tracks, left)
@@ -268,17 +271,15 @@ def freed(
     unit = np.where(np.isfinite(sd), sd, 1 / np.sqrt((J**2).sum(0) + 1e-300))
     J = J * unit
     N = J.T @ J + np.diag(np.where(np.isfinite(sd), 1.0, 1e-9))
-    right = J.T @ np.column_stack([A, r])
-    right[:, -1] += np.where(np.isfinite(sd), off / unit, 0.0)
-    G = np.linalg.solve(N, right)
-    AJ = A.T @ J
-    M = A.T @ A - AJ @ G[:, :-1]
+    JA, drawn = J.T @ A, np.where(np.isfinite(sd), off / unit, 0.0)
+    G = np.linalg.solve(N, np.column_stack([JA, J.T @ r + drawn]))
+    M = A.T @ A - JA.T @ G[:, :-1]
 
     def back(a: Array) -> Array:
         moved: Array = -unit * (G @ np.append(a, 1.0))
         return moved
 
-    return 0.5 * (M + M.T), -(A.T @ r - AJ @ G[:, -1]), back
+    return 0.5 * (M + M.T), -(A.T @ r - JA.T @ G[:, -1]), back
 
 
 def smooth(k: int) -> Array:

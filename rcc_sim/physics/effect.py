@@ -94,3 +94,7 @@ class Effect:
     def neutral(self) -> dict[str, float]:
         """Parameter name -> the value at which the effect vanishes."""
         return {param.name: param.neutral for param in self.params}
+
+    def param(self, name: str) -> Param:
+        """Return the parameter of that name."""
+        return next(param for param in self.params if param.name == name)
