@@ -32,6 +32,7 @@ DATA = Path(__file__).resolve().parents[2] / "shared/data"
 LOAD = "auxiliary_load"
 STRETCH = 2000.0  # m over which climbs are compared
 GLITCH = 80.0  # m; a climb of a stretch beyond it is the altimeter's fault
+STEP, EVEN = 50.0, 1000.0  # m; distance over which heights are evened out, at its steps
 SPEEDS = (0.5, 1.0, 1.5, 2.0)  # m/s at which a coast friction is judged
 STRAIGHT = ("road_load", "throttle_dead_zone", "accelerometer_bias", "motor_lag")
 TURNING = ("steering_lag", "sensor_delay")
@@ -75,16 +76,23 @@ def twizy(path: Path) -> str:
         problem = found.found.engine.problems[0]
         s = np.interp(log["time_s"], problem.log["time_s"], problem.distance)
         height = gaussian_filter1d(median_filter(log["elevation_m"], 31), 5)
-        steps = np.diff(s, prepend=s[0])
-        ends = np.arange(0, s[-1], STRETCH)
         s = np.maximum.accumulate(s + 1e-9 * np.arange(len(s)))
-        true = np.diff(np.interp(ends, s, height))
-        mine = np.diff(np.interp(ends, s, np.cumsum(profile.at(s) * steps)))
-        sound = np.abs(true) < GLITCH
-        cov = np.cov(true[sound], mine[sound])
-        row += f"climbs of 2 km: slope {cov[0, 1] / cov[0, 0]:4.2f}, "
-        row += f"correlation {cov[0, 1] / np.sqrt(cov[0, 0] * cov[1, 1]):4.2f}  "
+        at = np.arange(s[0], s[-1], STEP)
+        height, mine = np.interp(at, s, height), np.cumsum(profile.at(at)) * STEP
+        row += f"climbs of 2 km: {against(mine, height)}"
+        even = gaussian_filter1d(height, EVEN / STEP)
+        row += f"of heights evened out over 1 km: {against(mine, even)}"
     return row + f"known: {told(diagnose([open_log(path, car)], car))}"
+
+
+def against(mine: Array, height: Array) -> str:
+    """Climbs of estimated heights, held against those of measured ones."""
+    every = round(STRETCH / STEP)
+    true, found = np.diff(height[::every]), np.diff(mine[::every])
+    sound = np.abs(true) < GLITCH
+    cov = np.cov(true[sound], found[sound])
+    alike = cov[0, 1] / np.sqrt(cov[0, 0] * cov[1, 1])
+    return f"slope {cov[0, 1] / cov[0, 0]:4.2f}, correlation {alike:4.2f}  "
 
 
 def dart(path: Path, withheld: str) -> str:

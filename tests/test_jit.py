@@ -39,3 +39,17 @@ def test_a_cache_that_cannot_be_written_is_done_without(tmp_path):
     joules, exists = energy(blocked)
     assert exists == "False"
     assert joules == energy(tmp_path / "cache")[0]
+
+
+def test_a_kernel_runs_without_scipy():
+    env = os.environ | {"RCCSIM_CACHE": ""}
+    said = RUN.replace("print(", "print('scipy.linalg' in sys.modules, ")
+    done = subprocess.run(
+        [sys.executable, "-c", said + "\nimport scipy.linalg"],
+        capture_output=True,
+        text=True,
+        env=env,
+        timeout=120,
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.split()[0] == "False"

@@ -100,16 +100,20 @@ def run(
     jobs = jobs or os.cpu_count() or 1
     wanted = only.split(",") if only else []
     rows = []
-    for row in run(out, jobs=jobs, only=wanted, again=again):
-        told = f"{row['status']} {row['causes']} {row['error']}".rstrip()
-        say(f"{row['done']} of {row['of']}  {row['case']}: {told}")
-        rows.append(row)
+    try:
+        for row in run(out, jobs=jobs, only=wanted, again=again):
+            told = f"{row['status']} {row['causes']} {row['error']}".rstrip()
+            say(f"{row['done']} of {row['of']}  {row['case']}: {told}")
+            rows.append(row)
+    except KeyboardInterrupt:
+        say(f"{len(rows)} cases done; the same command goes on with the others")
+        raise
     emit(rows, rows, json=json, csv=csv)
 
 
 @blind.command(
     epilog="Example: rccsim blind score cases --labels cases.labels.json "
-    "--require single_first>=0.95 --require null_false_alarm<=0.02"
+    "--require 'single_first>=0.95' --require 'null_false_alarm<=0.02'"
 )
 def score(
     out: Annotated[Path, typer.Argument(help="Folder of cases that were run.")],
@@ -131,6 +135,9 @@ def score(
     from rcc_sim.errors import CheckFailed
 
     document = score(out, labels or labels_beside(out))
+    left = document["cases"] - document["run"]
+    if left:
+        say(f"note: {left} of {document['cases']} cases have no result yet")
     missed = failures(document, require or [])
     emit(document, table(document), json=json, csv=csv, output=output)
     if missed:

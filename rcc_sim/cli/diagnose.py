@@ -223,6 +223,10 @@ def _write(
     if vehicle is not None:
         write_mended(found, vehicle)
         say(f"wrote {vehicle}")
+        if "wheel_radius" in found.effects().keys() - {
+            a.cause.effect for a in found.asserted
+        }:
+            say("note: tyres.radius_m moved within its sd; wheel_radius.scale holds it")
         if "auxiliary_load" in varying(found):
             first = found.gaps[0].log
             say(f"note: auxiliary_load varies; {vehicle} holds its mean over {first}")

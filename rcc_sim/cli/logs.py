@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -57,7 +58,9 @@ Html = Annotated[
 
 
 def keep(read: Iterable[str | None], written: Mapping[str, Path | None]) -> None:
-    """Raise if a file that is read would be overwritten.
+    """Raise if a file that is read would be overwritten, or none can be written.
+
+    Before the work, not after it.
 
     Parameters
     ----------
@@ -73,10 +76,23 @@ def keep(read: Iterable[str | None], written: Mapping[str, Path | None]) -> None
     """
     known = [Path(name) for name in read if name and Path(name).is_file()]
     for option, path in written.items():
-        if path and path.is_file() and any(map(path.samefile, known)):
+        if path is None:
+            continue
+        if path.is_file() and any(map(path.samefile, known)):
             raise InputError(
                 f"{option}: {path}: is read here, and would be lost",
                 "give another name",
+            )
+        if path.is_dir():
+            raise InputError(f"{option}: {path}: is a folder", "name a file in it")
+        if not path.parent.is_dir():
+            raise InputError(
+                f"{option}: {path}: there is no folder {path.parent}", "make it first"
+            )
+        if not path.exists() and not os.access(path.parent, os.W_OK):
+            raise InputError(
+                f"{option}: {path}: the folder {path.parent} cannot be written to",
+                "name another",
             )
 
 

@@ -57,7 +57,7 @@ def emit(
     rows : sequence of mapping
         The same as rows, for the table and for CSV.
     output : Path or None
-        File to write in place of stdout.
+        File to write in place of stdout; JSON where its name ends so.
     title : str
         Line above the table.
     shown : sequence of str
@@ -71,8 +71,9 @@ def emit(
         _write(sys.stdout, document, rows, json)
         sys.stdout.flush()
         return
+    named = output.suffix.lower() == ".json" and not csv
     with atomic(output) as file:
-        _write(file, document, rows, json)
+        _write(file, document, rows, json or named)
 
 
 def _write(file: IO[str], document: Any, rows: Rows, json: bool) -> None:

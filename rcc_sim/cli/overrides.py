@@ -11,7 +11,7 @@ import typer
 from rcc_sim.cli.complete import effect_names, figure_keys, own_effects
 from rcc_sim.definitions.own_effects import installed_effects
 from rcc_sim.definitions.vehicle import Vehicle, load_vehicle
-from rcc_sim.errors import InputError
+from rcc_sim.errors import InputError, did_you_mean
 
 Set = Annotated[
     list[str] | None,
@@ -102,10 +102,16 @@ def _effect(text: str, vehicle: Vehicle) -> tuple[str, dict[str, Any]]:
         close = difflib.get_close_matches(effect, known, n=1)
         hint = f"did you mean `{close[0]}`?" if close else "`rccsim effects` lists them"
         raise InputError(f"--with {text}: no such effect: {effect}", hint)
-    if not colon:
-        names = ", ".join(p.name for p in known[effect].params)
+    names = [*(p.name for p in known[effect].params), *known[effect].files]
+    if not colon or "=" not in rest:
         raise InputError(
             f"--with {text}: should be ID:PARAM=VALUE",
-            f"{effect} takes {names}",
+            f"{effect} takes {', '.join(names)}",
         )
-    return effect, dict(_setting("--with", part) for part in rest.split(","))
+    params = dict(_setting("--with", part) for part in rest.split(","))
+    for param in params:
+        if param not in names:
+            raise InputError(
+                f"--with {text}: {effect} has no {param}", did_you_mean(param, names)
+            )
+    return effect, params

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import exp, hypot, inf
+from math import exp, hypot, inf, log
 
 from rcc_sim.definitions.figure import Z_90
 from rcc_sim.diagnose.candidates import STEPPED
@@ -158,14 +158,22 @@ def _of_profile(fit: Fit, key: str, cause: Cause, stated: float) -> Estimate:
 def ranking(
     found: Explanation, asserted: list[Asserted], left: Remainder
 ) -> list[dict[str, float | str]]:
-    """Return all candidates with their probabilities and what each explains alone."""
+    """Return all candidates with their probabilities and what each explains alone.
+
+    Each is weighed by the nats beyond those that it needs; nothing needs none. Where no
+    cause stands, no candidate counts for more than what it needs, whatever it gained.
+    """
     gains: Mapping[str, float] = found.ranking
     sure = {a.cause.effect: a.probability for a in asserted}
     most = max([*gains.values(), left.evidence, 1.0])
     rest = max(1.0 - max(sure.values(), default=0.0), 0.0)
-    weights = {e: exp(-(most - max(g, 0.0)) / SOFT) for e, g in gains.items()}
-    weights["unknown"] = exp(-(most - left.evidence) / SOFT)
-    weights["none"] = exp(-max(most - ENOUGH, 0.0) / SOFT)
+    beyond = {e: max(g, 0.0) - ENOUGH for e, g in gains.items()}
+    if not sure:
+        beyond = {e: min(x, 0.0) for e, x in beyond.items()}
+    beyond = {e: x - SOFT * log(len(gains)) for e, x in beyond.items()}
+    beyond |= {"unknown": left.evidence - UNKNOWN_ENOUGH, "none": 0.0}
+    likeliest = max(beyond.values())
+    weights = {e: exp((x - likeliest) / SOFT) for e, x in beyond.items()}
     others = sum(w for e, w in weights.items() if e not in sure) or inf
     rows: list[dict[str, float | str]] = []
     for effect, weight in weights.items():

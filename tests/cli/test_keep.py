@@ -3,6 +3,7 @@
 import pytest
 
 from rcc_sim.cli.logs import keep, once
+from rcc_sim.cli.output import emit
 from rcc_sim.errors import InputError
 
 
@@ -21,3 +22,20 @@ def test_a_log_that_is_given_twice_is_refused(tmp_path):
     once([one, two, "-", "-"])
     with pytest.raises(InputError, match="given twice"):
         once([one, two, str(tmp_path / "x" / ".." / "a.csv")])
+
+
+def test_what_cannot_be_written_is_refused_before_the_work(tmp_path):
+    with pytest.raises(InputError, match=r"--html: .*: is a folder"):
+        keep([], {"--html": tmp_path})
+    with pytest.raises(InputError, match=r"--output: .*: there is no folder .*none"):
+        keep([], {"--output": tmp_path / "none" / "a.csv"})
+    keep([], {"--output": tmp_path / "a.csv"})
+
+
+def test_a_name_that_ends_in_json_is_json(tmp_path):
+    emit({"a": 1}, [{"a": 1}], output=tmp_path / "found.json")
+    assert (tmp_path / "found.json").read_text() == '{\n "a": 1\n}\n'
+    emit({"a": 1}, [{"a": 1}], output=tmp_path / "found.txt")
+    assert (tmp_path / "found.txt").read_text() == "a\n1\n"
+    emit({"a": 1}, [{"a": 1}], csv=True, output=tmp_path / "found.json")
+    assert (tmp_path / "found.json").read_text() == "a\n1\n"

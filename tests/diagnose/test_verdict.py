@@ -1,5 +1,7 @@
 """What does not shrink on rows that no fit saw is explained in part alone."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -9,7 +11,13 @@ from rcc_sim.diagnose.engine import Fit
 from rcc_sim.diagnose.knobs import Knob
 from rcc_sim.diagnose.remainder import UNKNOWN_ENOUGH, Remainder
 from rcc_sim.diagnose.screen import Screen
-from rcc_sim.diagnose.verdict import estimates, resolution, status_of
+from rcc_sim.diagnose.verdict import (
+    Asserted,
+    estimates,
+    ranking,
+    resolution,
+    status_of,
+)
 
 CAUSE = Cause("payload", ("effects.payload.mass_kg",), 50.0)
 NOTHING = Remainder(0.0, "drag", "", [])
@@ -29,6 +37,24 @@ SOMETHING = Remainder(UNKNOWN_ENOUGH + 1, "drag", "", [])
 )
 def test_the_energy_gap_has_to_shrink_to_a_third(before, after, status):
     assert status_of([CAUSE], NOTHING, before, after) == status
+
+
+def test_the_ranking_says_what_the_status_says():
+    gains = {f"effect {i}": 0.3 * i for i in range(40)}
+
+    def likeliest(gains, left, asserted=()):
+        found = SimpleNamespace(ranking=gains)
+        rows = ranking(found, list(asserted), left)
+        assert sum(r["probability"] for r in rows) == pytest.approx(1.0)
+        assert rows[0]["probability"] > 0.5
+        return rows[0]["effect"]
+
+    assert likeliest(gains, NOTHING) == "none"
+    assert likeliest(gains | {"withdrawn": 500.0}, NOTHING) == "none"
+    large = Remainder(UNKNOWN_ENOUGH + 30, "drag", "", [])
+    assert likeliest(gains | {"withdrawn": 500.0}, large) == "unknown"
+    sure = Asserted(CAUSE, 0.9, {})
+    assert likeliest(gains | {"payload": 50.0}, NOTHING, [sure]) == "payload"
 
 
 def test_what_is_left_decides_where_nothing_is_named():
