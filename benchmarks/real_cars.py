@@ -23,7 +23,10 @@ from scipy.ndimage import gaussian_filter1d, median_filter
 from rcc_sim.analyse.logged import open_log
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.deliver import acting
-from rcc_sim.diagnose.run import Diagnosis, diagnose
+from rcc_sim.diagnose.engine import Engine
+from rcc_sim.diagnose.knobs import nuisance_knobs
+from rcc_sim.diagnose.problem import Problem
+from rcc_sim.diagnose.run import Diagnosis, diagnose, problem_of
 from rcc_sim.physics.effects.road_load import road_load_force
 
 Array = NDArray[np.float64]
@@ -32,6 +35,7 @@ DATA = Path(__file__).resolve().parents[2] / "shared/data"
 LOAD = "auxiliary_load"
 STRETCH = 2000.0  # m over which climbs are compared
 GLITCH = 80.0  # m; a climb of a stretch beyond it is the altimeter's fault
+STEEP = 0.2  # a slope beyond it is, too
 STEP, EVEN = 50.0, 1000.0  # m; distance over which heights are evened out, at its steps
 SPEEDS = (0.5, 1.0, 1.5, 2.0)  # m/s at which a coast friction is judged
 STRAIGHT = ("road_load", "throttle_dead_zone", "accelerometer_bias", "motor_lag")
@@ -68,21 +72,37 @@ def bmw(path: Path) -> str:
 def twizy(path: Path) -> str:
     """A trip with its altitude hidden, and known."""
     car = load_vehicle("twizy")
-    found = diagnose([open_log(path, car, hide=["elevation_m"])], car)
+    hidden = open_log(path, car, hide=["elevation_m"])
+    found = diagnose([hidden], car)
     row = f"{path.name[:15]:15}  hidden: {told(found):16}"
     log = open_log(path, car).log
+    row += f"known: {told(diagnose([open_log(path, car)], car)):10}"
+    plain = problem_of(hidden.log, car)
+    s = np.interp(log["time_s"], plain.log["time_s"], plain.distance)
+    s = np.maximum.accumulate(s + 1e-9 * np.arange(len(s)))
+    at = np.arange(s[0], s[-1], STEP)
+    rough = gaussian_filter1d(median_filter(log["elevation_m"], 31), 5)
+    rough = np.interp(at, s, rough)
+    even = gaussian_filter1d(rough, EVEN / STEP)
+    row += f"altimeter suits best at {suits(plain, at, rough):4.2f}, "
+    row += f"evened out over 1 km at {suits(plain, at, even):4.2f}  "
     profile = next((a.cause.profiles.get(0) for a in found.asserted), None)
     if profile is not None and profile.along == "distance_m":
-        problem = found.found.engine.problems[0]
-        s = np.interp(log["time_s"], problem.log["time_s"], problem.distance)
-        height = gaussian_filter1d(median_filter(log["elevation_m"], 31), 5)
-        s = np.maximum.accumulate(s + 1e-9 * np.arange(len(s)))
-        at = np.arange(s[0], s[-1], STEP)
-        height, mine = np.interp(at, s, height), np.cumsum(profile.at(at)) * STEP
-        row += f"climbs of 2 km: {against(mine, height)}"
-        even = gaussian_filter1d(height, EVEN / STEP)
-        row += f"of heights evened out over 1 km: {against(mine, even)}"
-    return row + f"known: {told(diagnose([open_log(path, car)], car))}"
+        mine = np.cumsum(profile.at(at)) * STEP
+        row += f"climbs of 2 km: {against(mine, rough)}, evened {against(mine, even)}"
+    return row
+
+
+def suits(plain: Problem, at: Array, height: Array) -> float:
+    """Scale at which a road of measured heights explains a log best."""
+    slope = np.gradient(height, at)
+    slope[np.abs(slope) > STEEP] = 0.0
+
+    def score(scale: float) -> float:
+        one = plain.on_road(at, scale * slope)
+        return Engine([one]).fit({}, nuisance_knobs([one])).score
+
+    return max(np.arange(0.2, 1.5, 0.2), key=score)
 
 
 def against(mine: Array, height: Array) -> str:
@@ -92,7 +112,7 @@ def against(mine: Array, height: Array) -> str:
     sound = np.abs(true) < GLITCH
     cov = np.cov(true[sound], found[sound])
     alike = cov[0, 1] / np.sqrt(cov[0, 0] * cov[1, 1])
-    return f"slope {cov[0, 1] / cov[0, 0]:4.2f}, correlation {alike:4.2f}  "
+    return f"slope {cov[0, 1] / cov[0, 0]:4.2f}, correlation {alike:4.2f}"
 
 
 def dart(path: Path, withheld: str) -> str:

@@ -260,14 +260,25 @@ class Engine:
                     np.zeros_like(e) - added.get(i, 0.0) for i, e in enumerate(base)
                 ]
             for wider in WIDER if k.sd == inf else WIDER[:1]:
-                h = k.inward(values[k.key], wider)
-                new = self.residuals({**values, k.key: values[k.key] + h}, coarse=True)
+                h, new = self.aside(values, k.key, k.inward(values[k.key], wider))
                 change = [(a - b) / h for a, b in zip(new, base, strict=True)]
                 if any(np.nan_to_num(c).any() for c in change):
                     break
             return change
 
         return self.each(one, knobs)
+
+    def aside(
+        self, values: dict[str, float], key: str, h: float
+    ) -> tuple[float, list[Array]]:
+        """Return a step of one figure and what it leaves.
+
+        It is taken the other way where no vehicle can have the figures together.
+        """
+        try:
+            return h, self.residuals({**values, key: values[key] + h}, coarse=True)
+        except InputError:
+            return -h, self.residuals({**values, key: values[key] - h}, coarse=True)
 
     def each(self, do: Callable[[T], R], many: Sequence[T]) -> list[R]:
         """Do the same with each of many things, side by side.

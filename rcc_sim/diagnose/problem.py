@@ -165,7 +165,7 @@ class Problem:
 
     @cached_property
     def speed(self) -> Array:
-        """Speed at the rows, 0 where unknown. [m/s]"""
+        """Speed at the rows: measured, or the nominal model's. [m/s]"""
         speed = self._speed
         return speed if self.charge is None else self.charge.means(speed)
 
@@ -193,7 +193,10 @@ class Problem:
 
     @property
     def _speed(self) -> Array:
+        """Speed as measured, else as the nominal model has it, else 0."""
         speed = np.abs(self.drive.measured[0])
+        if not self.drive.imposed:
+            speed = np.where(np.isfinite(speed), speed, self.nominal["speed_mps"])
         return np.where(np.isfinite(speed), speed, 0.0)
 
     @cached_property

@@ -6,6 +6,7 @@ from scipy.optimize import minimize
 
 from rcc_sim.diagnose.engine import Engine, bounded_step
 from rcc_sim.diagnose.knobs import Knob
+from rcc_sim.errors import InputError
 
 
 @pytest.mark.parametrize("x", [0.52, 8.98], ids=["inside", "beside its bound"])
@@ -31,6 +32,18 @@ def test_a_step_stays_between_narrow_bounds():
     ((signal,),) = engine.signals({"x": 1.0}, [Knob("x", 1.0, low=1.0, high=1.05)])
     assert not signal.any()
     assert 1.0 <= min(tried) < max(tried) <= 1.05
+
+
+def test_a_slope_is_found_beside_figures_that_no_vehicle_has():
+    def residuals(values, coarse=False):
+        if values["x"] > 1.0:
+            raise InputError("no such vehicle")
+        return [-3.0 * values["x"] * np.ones(4)]
+
+    engine = object.__new__(Engine)
+    engine.residuals = residuals
+    ((signal,),) = engine.signals({"x": 1.0}, [Knob("x", 0.5, sd=0.1)])
+    np.testing.assert_allclose(signal, -3.0)
 
 
 @pytest.mark.parametrize("seed", range(12))
