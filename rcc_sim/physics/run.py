@@ -3,6 +3,7 @@
 import math
 
 from rcc_sim.jit import jit
+from rcc_sim.physics.book import book_state
 from rcc_sim.physics.control import (
     driver,
     road_wheel_angle,
@@ -20,7 +21,6 @@ from rcc_sim.physics.extra import EXTRA
 from rcc_sim.physics.follower import lane_curvature, pursuit_steer
 from rcc_sim.physics.params import FOLLOW, LOGGED, SPEED, THROTTLE
 from rcc_sim.physics.step import (
-    book_state,
     electrify,
     mapped_efficiency,
     prepare,
