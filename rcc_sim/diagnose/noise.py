@@ -191,12 +191,12 @@ def fit_whitener(
         features = np.array(means).reshape(len(memory), len(z)).T[valid]
         memory, sigma = fit_memory(z[valid], features, memory)
     unit = float(np.sqrt(share[0])) or 1.0
-    size = max(sigma * unit, least)
-    if size == least:  # how a model errs that is as exact as this, nobody knows
-        memory = np.zeros_like(memory)
+    size, scale = sigma * unit, scale / unit
+    if size < least:  # how a model errs that is as exact as this, nobody knows
+        memory, scale, size = 0 * memory, np.maximum(scale * size / least, 1.0), least
     if edges == [0]:
-        return drifting(raw, scale / unit * size, valid)
-    return Whitener(scale / unit, memory, edges, size, valid)
+        return drifting(raw, scale * size, valid)
+    return Whitener(scale, memory, edges, size, valid)
 
 
 def fit_scale(u: Array, X: Array, share: Array) -> Array:

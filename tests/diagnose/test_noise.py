@@ -57,3 +57,14 @@ def test_the_likelihood_is_highest_for_the_noise_that_made_the_residual():
     right = fit_whitener(e, ALL, [], edges)
     wrong = fit_whitener(rng.normal(size=ROWS) * 3, ALL, [], edges)
     assert log_likelihood(right, e) > log_likelihood(wrong, e) + 100
+
+
+@pytest.mark.parametrize("least", [1e-9, 1e-4, 1e-2, 1.0])
+def test_a_floor_lifts_what_lies_below_it_and_nothing_else(least):
+    rng = np.random.default_rng(2)
+    grows = np.repeat([0.0, 2.0], 2000)
+    e = grows * rng.normal(size=4000) * 0.1 + 1e-7 * rng.normal(size=4000)
+    whitener = fit_whitener(e, np.ones(4000, bool), [grows], [0, 1, 2, 4], least)
+    each = whitener.scale * whitener.sigma
+    assert each[0] == pytest.approx(max(1e-7, least), rel=0.3)
+    assert each[-1] == pytest.approx(max(0.2, least), rel=0.3)
