@@ -303,10 +303,7 @@ def _notes(
     notes = []
     if drive.imposed:
         notes.append("no commands that the controller obeys: the motion is imposed")
-    if energy.at == "shaft":
-        notes.append("the battery was not logged: the energy is that of the shaft")
-    if not energy.at:
-        notes.append("neither battery nor shaft was logged: there is no energy gap")
+    notes += at_boundary(energy)
     if any(g.noise_from == "guess" for g in gaps):
         notes.append(
             "noise is guessed from the log; --repeats or the vehicle file's [sensors] "
@@ -322,3 +319,12 @@ def _notes(
     elif len(moved.rows) < len(log):
         notes.append("a long log: the tolerances were tried on stretches of it")
     return tuple(notes)
+
+
+def at_boundary(energy: EnergyGap) -> list[str]:
+    """Return what a person should know of where the energy was compared."""
+    if energy.at == "shaft":
+        return ["the battery was not logged: the energy is that of the shaft"]
+    if not energy.at:
+        return ["neither battery nor shaft was logged: there is no energy gap"]
+    return []

@@ -106,7 +106,7 @@ def run(
             say(f"{row['done']} of {row['of']}  {row['case']}: {told}")
             rows.append(row)
     except KeyboardInterrupt:
-        say(f"{len(rows)} cases done; the same command goes on with the others")
+        say("the same command goes on with the cases that have no result yet")
         raise
     emit(rows, rows, json=json, csv=csv)
 

@@ -32,6 +32,7 @@ from rcc_sim.cli.logs import (
     write_page,
 )
 from rcc_sim.cli.output import Csv, Json, Output, atomic, emit, say
+from rcc_sim.errors import InputError, did_you_mean
 
 if TYPE_CHECKING:
     from rcc_sim.diagnose.run import Diagnosis
@@ -186,8 +187,11 @@ def _found(
     from rcc_sim.diagnose.run import diagnose
 
     car = load_vehicle(vehicle)
-    if withhold:
-        car = car.changed(without=tuple(withhold))
+    for name in withhold:
+        if name not in car.effects:
+            what = f"--withhold {name}: {car.name} does not have it"
+            raise InputError(what, did_you_mean(name, car.effects))
+    car = car.changed(without=tuple(withhold)) if withhold else car
 
     def opened(names: list[str]) -> list[Any]:
         return [
@@ -239,17 +243,19 @@ def _write(
         if not varying(found):
             say(f"note: no cause varies over the drive; {profiles} holds time_s alone")
     if next_run is not None:
-        write_next_run(found, next_run)
-        say(f"wrote {next_run}")
+        run = write_next_run(found, next_run)
+        why = "" if found.experiments else "; nothing is tied or wide"
+        say(f"wrote {next_run}: {run.do}{why}")
 
 
 def _deliver(found: Diagnosis, output: Path | None, *, csv: bool, json: bool) -> None:
     from shutil import get_terminal_size
 
+    from rcc_sim.analyse.gap import at_boundary
     from rcc_sim.report.screen import screen
     from rcc_sim.report.verdict import verdict_of
 
-    tell_notes(found.gaps[0].findings)
+    tell_notes(found.gaps[0].findings, at_boundary(found.gaps[0].energy))
     if output is None and sys.stdout.isatty() and not (json or csv):
         for line in screen(found, get_terminal_size().columns):
             typer.echo(line)

@@ -251,7 +251,12 @@ def _existing(path: Path) -> Path:
     if path.is_dir():
         raise InputError(f"{path}: should be a file: it is a folder")
     if not path.exists():
-        raise InputError(f"{path}: no such file")
+        from difflib import get_close_matches
+
+        beside = [p.name for p in path.parent.glob(f"*{path.suffix}")]
+        close = get_close_matches(path.name, beside, n=1)
+        mean = f"did you mean `{path.with_name(close[0])}`?" if close else ""
+        raise InputError(f"{path}: no such file", mean)
     return path
 
 

@@ -32,6 +32,10 @@ ROLLED = {"wheel_radius", "speed_sensor_scale"}
 """Effects that an imposed drive shows only by how it turns: without, they are a factor
 on every force."""
 
+TURNED = {"yaw_inertia"}
+"""Effects of how a yaw rate changes: where one is imposed as it was measured, that is
+its noise above all."""
+
 LIKELY = 5.0
 """Strength that is tried first, in small changes of its unit."""
 
@@ -176,7 +180,7 @@ def applies(problem: Problem, effect: Effect) -> bool:
         return False
     if name.startswith("steering") and not drive.steered:
         return False
-    if name in ROLLED and drive.imposed and not drive.steered:
+    if name in (*ROLLED, *TURNED) and drive.imposed and not drive.steered:
         return False
     if name == "road_grade" and problem.surveyed:
         return False

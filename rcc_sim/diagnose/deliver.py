@@ -12,7 +12,7 @@ from rcc_sim.definitions.figure import Z_90
 from rcc_sim.definitions.kernel import road_of
 from rcc_sim.definitions.write_vehicle import write_vehicle
 from rcc_sim.diagnose.cause import Cause
-from rcc_sim.diagnose.menu import level_column, limits_of, menu
+from rcc_sim.diagnose.menu import Run, level_column, limits_of, menu
 from rcc_sim.diagnose.run import Diagnosis
 from rcc_sim.errors import InputError
 from rcc_sim.readers import write_commands
@@ -98,8 +98,8 @@ def write_profiles(found: Diagnosis, file: IO[bytes], log: int = 0) -> None:
     write_trace(Trace(columns), file)
 
 
-def write_next_run(found: Diagnosis, path: Path) -> None:
-    """Write the commands of the best run that commands alone make.
+def write_next_run(found: Diagnosis, path: Path) -> Run:
+    """Write, and return, the best run that commands alone make.
 
     A speed to follow where the log has no commands. Where nothing is tied or wide:
     the run of the menu that steers most, else the longest.
@@ -121,7 +121,7 @@ def write_next_run(found: Diagnosis, path: Path) -> None:
     column = level_column(problem)
     if column == "speed_ref_mps":
         write_commands(path, leg.time, leg.level, leg.steer, found.vehicle, format=kind)
-        return
+        return runs[0]
     if kind == "mcap":
         raise InputError(
             f"--next-run: {path}: should end in .csv where {column} is what is driven",
@@ -135,3 +135,4 @@ def write_next_run(found: Diagnosis, path: Path) -> None:
         part.replace(path)
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror}") from None
+    return runs[0]

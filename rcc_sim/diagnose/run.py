@@ -20,7 +20,7 @@ from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.candidates import candidates_for
 from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.compete import Explanation, compete
-from rcc_sim.diagnose.engine import Engine, Fit
+from rcc_sim.diagnose.engine import MEMORY, Engine, Fit
 from rcc_sim.diagnose.experiment import Experiment, next_experiments
 from rcc_sim.diagnose.hold_out import Shrink, halves, hold_out, shrink_of
 from rcc_sim.diagnose.knobs import BIAS, RADIUS, Knob, figures_of
@@ -38,6 +38,7 @@ from rcc_sim.diagnose.verdict import (
     standing,
     status_of,
 )
+from rcc_sim.errors import InputError
 from rcc_sim.simulate.replay import drive_of
 from rcc_sim.trace import Trace
 
@@ -49,6 +50,9 @@ OFFSETS = {
     "yaw_rate_bias": ("yaw_rate_radps",),
 }
 """Effects that are the offset of a sensor, and which."""
+
+SHORTEST = 1.5 * MEMORY
+"""Time that a log must last. [s]"""
 
 TOLD, MOVED = 0.9, 0.1
 """Share of its stated sd below which the sd of a figure must fall for it to be written;
@@ -245,6 +249,8 @@ def diagnose(
     InputError
         If a log cannot be compared with the vehicle.
     """
+    for one in logs:
+        refuse_short(one.log)
     told("where")
     gaps = tuple(gap(one, vehicle, repeats=repeats) for one in logs)
     offsets = tuple(c for name in withheld for c in OFFSETS.get(name, ()))
@@ -284,6 +290,16 @@ def diagnose(
         vehicle, gaps, status_of(causes, left, *energy), asserted, found, fit, left,
         shrink, before, after, runs,
     )  # fmt: skip
+
+
+def refuse_short(log: Trace) -> None:
+    """Raise if a log is too short for its noise to be told from a cause."""
+    lasts = float(log["time_s"][-1] - log["time_s"][0])
+    if lasts < SHORTEST:
+        raise InputError(
+            f"{log.name}: lasts {lasts:.3g} s: too short to tell a cause from noise",
+            f"noise may remember {MEMORY:g} s; {SHORTEST:g} s of driving at least",
+        )
 
 
 def problem_of(log: Trace, vehicle: Vehicle) -> Problem:

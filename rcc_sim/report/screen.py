@@ -141,6 +141,7 @@ def _bars(found: Diagnosis, room: int) -> tuple[str, str] | None:
 def _cause(a: Asserted) -> str:
     told = ", ".join(
         f"{k} {figures(x.value, 4)} ({figures(x.low, 4)} to {figures(x.high, 4)})"
+        + ", at its bound" * (x.value in (x.low, x.high))
         for k, x in a.figures.items()
     )
     varies = ", varies over the drive (--profiles)" if a.cause.profiles else ""

@@ -99,7 +99,8 @@ def _mended(diagnosis: Mapping[str, Any]) -> str:
     after = shrink.get("energy_gap_percent_after")
     if gap is None:
         return ""
-    text = f"of the energy that the log took, the model {_missed(gap, 3)}"
+    there = "taken there" if shrink.get("held_out") else "that the log took"
+    text = f"of the energy {there}, the model {_missed(gap, 3)}"
     if after is not None:
         them = "it is" if len(diagnosis.get("causes") or []) == 1 else "they are"
         text += f", and {_missed(after, 2)} once {them} put in"

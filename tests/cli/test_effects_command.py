@@ -89,7 +89,7 @@ def test_an_own_effect_goes_through_the_command_line(tmp_path):
     for wrong, message in (
         (("--effect", OWN), "not switched on"),
         (("--effect", "none.py", "--with", "trailer:mass_kg=1"), "cannot be read"),
-        (("--effect", OWN, "--with", "trailer:weight=1"), "no such key"),
+        (("--effect", OWN, "--with", "trailer:weight=1"), "trailer has no weight"),
         (("--with", "trailer:mass_kg=1"), "no such effect"),
     ):
         done = run(*drive, *wrong, cwd=tmp_path)

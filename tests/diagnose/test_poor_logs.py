@@ -1,11 +1,14 @@
-"""A log that holds no speed is judged at the speed that its commands ask for."""
+"""Logs without a speed, without steering, or of a moment alone."""
 
 import numpy as np
 import pytest
 
 from rcc_sim.analyse.logged import open_log
+from rcc_sim.diagnose.candidates import candidates_for
+from rcc_sim.diagnose.knobs import tolerance_knobs
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.run import diagnose
+from rcc_sim.errors import InputError
 from rcc_sim.simulate.replay import drive_of, replay
 from rcc_sim.trace import Trace
 from tests.cars import car
@@ -48,3 +51,26 @@ def test_an_effect_of_cornering_is_named_without_a_speed(columns, tmp_path):
     (one,) = found.asserted
     assert one.cause.effect == "steering_lag"
     assert one.figures["time_constant_s"].value == pytest.approx(LAG, abs=0.01)
+
+
+def test_a_log_too_short_for_its_noise_is_refused(columns, tmp_path):
+    path, log = tmp_path / "drive.csv", columns[0]
+    rows = np.column_stack(list(log.values()))[:220]  # 4.4 s
+    np.savetxt(path, rows, delimiter=",", header=",".join(log), comments="")
+    with pytest.raises(InputError, match=r"drive.csv: lasts 4.38 s: too short"):
+        diagnose([open_log(path, car())], car())
+
+
+def test_yaw_inertia_is_no_cause_where_the_yaw_rate_is_imposed(columns):
+    log = {k: x for k, x in columns[0].items() if k != "speed_ref_mps"}
+    log["speed_mps"] = columns[1]
+    steered = Trace(log)
+    plain = Trace({k: x for k, x in log.items() if k != "steer_cmd_rad"})
+    vague = car(body__yaw_inertia_kgm2={"value": 0.0382, "sd": 0.004})
+    for trace, told in ((steered, True), (plain, False)):
+        problem = Problem(vague, trace, drive_of(trace, vague))
+        assert problem.drive.imposed
+        able = {c.effect for c in candidates_for([problem])}
+        knobs = {k.key for k in tolerance_knobs(problem)}
+        assert ("yaw_inertia" in able) is told
+        assert ("body.yaw_inertia_kgm2" in knobs) is told
