@@ -94,6 +94,15 @@ class Remainder:
         rivals = [r for r in self.rivals if ITSELF.get(effect) != r.acts_as]
         return max((r.evidence * overlap(r.shares, shares) for r in rivals), default=0)
 
+    def change_of(self, effect: str) -> float:
+        """Nats by which a cause that was taken as constant comes and goes instead.
+
+        One that may vary does so as it may.
+        """
+        if effect in ITSELF:
+            return 0.0
+        return max((r.evidence for r in self.rivals if r.acts_as == effect), default=0)
+
     @property
     def is_real(self) -> bool:
         """Whether it is beyond what chance leaves."""

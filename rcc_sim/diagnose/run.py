@@ -105,7 +105,7 @@ class Diagnosis:
         """Return what ``--json`` prints."""
         first = self.gaps[0]
         unexplained: dict[str, Any] = {
-            "fraction": 1 - max(self.shrink.explained, 0.0) if self.left.is_real else 0,
+            "fraction": self.unexplained,
             "windows": self.left.windows if self.left.is_real else [],
         }
         if self.left.is_real:
@@ -150,6 +150,13 @@ class Diagnosis:
             "nats": a.cause.gain,
             "energy_wh": self.prices and self.prices.causes[a.cause.effect],
         }
+
+    @property
+    def unexplained(self) -> float:
+        """Share of the gap beyond noise that stays; all of it where nothing stands."""
+        if not self.left.is_real:
+            return 0.0
+        return 1.0 - max(self.shrink.explained, 0.0) if self.asserted else 1.0
 
     @cached_property
     def prices(self) -> Prices | None:
