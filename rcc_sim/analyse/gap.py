@@ -241,7 +241,7 @@ def _channels(log: Trace, drive: Drive, simulated: dict[str, Array]) -> tuple[st
     found = [c for c in COMPARED if has(log, c) and c in simulated]
     if drive.imposed and "speed_mps" in found:
         found.remove("speed_mps")
-    if drive.imposed and not drive.steered:
+    if drive.turns_as_measured:
         found = [c for c in found if c not in LATERAL or c == "accel_y_mps2"]
         if not has(log, "yaw_rate_radps"):
             found = [c for c in found if c not in LATERAL]

@@ -180,7 +180,7 @@ def applies(problem: Problem, effect: Effect) -> bool:
         return False
     if name.startswith("steering") and not drive.steered:
         return False
-    if name in (*ROLLED, *TURNED) and drive.imposed and not drive.steered:
+    if name in ROLLED | TURNED and drive.turns_as_measured:
         return False
     if name == "road_grade" and problem.surveyed:
         return False

@@ -80,10 +80,9 @@ class Knob:
 def tolerance_knobs(problem: Problem) -> list[Knob]:
     """The figures of the vehicle file that state how far they may be off."""
     knobs = []
-    turned = problem.drive.imposed and not problem.drive.steered
     for key, figure in problem.vehicle.figures().items():
-        if turned and key == YAW_INERTIA:  # its torque is that of the yaw rate's noise
-            continue
+        if key == YAW_INERTIA and problem.drive.turns_as_measured:
+            continue  # its torque is that of the yaw rate's noise
         sd = figure.sd
         if not sd and figure.low is not None and figure.high is not None:
             sd = (figure.high - figure.low) / (2 * Z_90)

@@ -89,6 +89,11 @@ class Drive:
     start: float = 0.0
     distance: Array | None = None
 
+    @property
+    def turns_as_measured(self) -> bool:
+        """Whether the yaw rate is imposed as well, no steering being known."""
+        return self.imposed and not self.steered
+
     def part(self, rows: slice) -> Drive:
         """Return some rows of the drive, on their own part of the road."""
         road, distance = self.road, self.distance

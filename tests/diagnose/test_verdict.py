@@ -9,6 +9,7 @@ from rcc_sim.diagnose.candidates import Search
 from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.engine import Fit
 from rcc_sim.diagnose.knobs import Knob
+from rcc_sim.diagnose.noise import Whitener
 from rcc_sim.diagnose.remainder import UNKNOWN_ENOUGH, Remainder
 from rcc_sim.diagnose.screen import Screen
 from rcc_sim.diagnose.verdict import (
@@ -16,6 +17,7 @@ from rcc_sim.diagnose.verdict import (
     estimates,
     ranking,
     resolution,
+    standing,
     status_of,
 )
 
@@ -55,6 +57,24 @@ def test_the_ranking_says_what_the_status_says():
     assert likeliest(gains | {"withdrawn": 500.0}, large) == "unknown"
     sure = Asserted(CAUSE, 0.9, {})
     assert likeliest(gains | {"payload": 50.0}, NOTHING, [sure]) == "payload"
+
+
+def stands(effect, gain, change):
+    key = f"effects.{effect}.x"
+    white = Whitener(np.ones(50), np.zeros(0), [0, 1], 1.0, np.ones(50, bool))
+    still, moves = [np.zeros(50)], [[np.ones(50)]]
+    fit = Fit({key: 1.0}, (Knob(key, 1.0),), 0, 0, [white], still, signals=moves)
+    own = Remainder(change, effect, "time_s", [], shares=np.zeros(1))
+    left = Remainder(change, effect, "time_s", [], rivals=(own,))
+    return bool(standing([Cause(effect, (key,), gain)], left, fit))
+
+
+def test_a_cause_that_comes_and_goes_is_withdrawn():
+    assert stands("rolling_resistance", 167.0, 12.0)
+    assert not stands("rolling_resistance", 340.0, 47.0)
+    assert not stands("drivetrain_friction", 74.0, 28.0)
+    assert stands("current_limit", 3883.0, 30.0)
+    assert stands("auxiliary_load", 100.0, 60.0)  # it may vary
 
 
 def test_what_is_left_decides_where_nothing_is_named():
