@@ -25,6 +25,7 @@ from itertools import permutations
 import numpy as np
 from numpy.typing import NDArray
 
+from rcc_sim.analyse.heading import TURN_RATE, turn_rate
 from rcc_sim.diagnose.engine import Engine, Fit
 from rcc_sim.diagnose.knobs import BIAS, Knob, figures_of
 from rcc_sim.diagnose.menu import (
@@ -215,6 +216,8 @@ class Bench:
         settings = at_place(self.vehicle, figures_of(fit.values), run.where, leg.back)
         first = drive_of(Trace(columns), self.vehicle, self.window)
         out = replay(self.vehicle.changed(settings=settings), first)
+        if TURN_RATE in self.channels:
+            out[TURN_RATE] = turn_rate(out["time_s"], out["yaw_rad"])
         seen = {c: out[c] for c in (*self.channels, "speed_mps", "yaw_rate_radps")}
         log = Trace(seen | columns, name=run.do)
         drive = drive_of(log, self.vehicle, self.window)

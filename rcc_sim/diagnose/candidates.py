@@ -62,7 +62,7 @@ MEASURED = {"N", "N m", "N m s/rad", "kg m²", "m²", "Ω", "1"}
 """Units of such figures; a load, in W or kg, may be any times what was stated."""
 
 CLOCKED = {"reference_sampling"}
-STEPPED = {"speed_dead_zone"}
+STEPPED = {"speed_dead_zone", "sensor_delay"}
 THROTTLE = {"throttle_dead_zone"}
 DELAYS = {"actuation_delay", "steering_delay", "steering_lag", "motor_lag"}
 
@@ -282,7 +282,7 @@ def grid_of(problem: Problem, effect: Effect, param: Param) -> tuple[float, ...]
         top = float(np.nanmax(nominal["motor_speed_radps"]))
         return tuple(top * x for x in (0.01, 0.02, 0.03, 0.045, 0.06, 0.09, 0.13))
     if name == "sensor_delay":
-        return tuple(row * k for k in (1.0, 3.0, 10.0) if row * k < 0.5) or (row,)
+        return tuple(row * k for k in (1.0, 2.0, 5.0, 10.0) if row * k < 0.5) or (row,)
     if name in DELAYS:
         return (0.01, 0.03, 0.06, 0.1, 0.16)
     if name == "tyre_relaxation":

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
-from math import inf
+from math import inf, isfinite
 from threading import current_thread
 from typing import TypeVar
 
@@ -206,7 +206,8 @@ class Engine:
     def loglik(self, residuals: list[Array], noise: list[Whitener]) -> float:
         """Log-likelihood of residuals."""
         pairs = zip(noise, residuals, strict=True)
-        return sum(log_likelihood(w, e) for w, e in pairs)
+        found = sum(log_likelihood(w, e) for w, e in pairs)
+        return found if isfinite(found) else -inf  # a run that went astray
 
     def gains(self, less: Fit, more: Fit) -> Array:
         """Nats by which one fit is likelier than another, by stretch of each log.
@@ -260,7 +261,7 @@ class Engine:
                     np.zeros_like(e) - added.get(i, 0.0) for i, e in enumerate(base)
                 ]
             for wider in WIDER if k.sd == inf else WIDER[:1]:
-                h, new = self.aside(values, k.key, k.inward(values[k.key], wider))
+                h, new = self.aside(values, k, k.inward(values[k.key], wider))
                 change = [(a - b) / h for a, b in zip(new, base, strict=True)]
                 if any(np.nan_to_num(c).any() for c in change):
                     break
@@ -269,16 +270,25 @@ class Engine:
         return self.each(one, knobs)
 
     def aside(
-        self, values: dict[str, float], key: str, h: float
+        self, values: dict[str, float], knob: Knob, h: float
     ) -> tuple[float, list[Array]]:
-        """Return a step of one figure and what it leaves.
+        """Return a step of one figure, within its bounds, and what it leaves.
 
         It is taken the other way where no vehicle can have the figures together.
+
+        Raises
+        ------
+        InputError
+            If none can either way.
         """
+        x = values[knob.key]
+        there, back = knob.within(x + h), knob.within(x - h)
         try:
-            return h, self.residuals({**values, key: values[key] + h}, coarse=True)
+            return there - x, self.residuals({**values, knob.key: there}, coarse=True)
         except InputError:
-            return -h, self.residuals({**values, key: values[key] - h}, coarse=True)
+            if back == x:
+                raise
+            return back - x, self.residuals({**values, knob.key: back}, coarse=True)
 
     def each(self, do: Callable[[T], R], many: Sequence[T]) -> list[R]:
         """Do the same with each of many things, side by side.
@@ -382,7 +392,7 @@ class Engine:
         """Return a fit's figures after a step, within their bounds."""
         trial = dict(now.values)
         for k, s in zip(now.knobs, step, strict=True):
-            trial[k.key] = float(min(max(trial[k.key] + float(s), k.low), k.high))
+            trial[k.key] = k.within(trial[k.key] + float(s))
         return trial
 
 

@@ -69,6 +69,10 @@ class Knob:
             return self.step
         return 0.5 * self.sd if self.sd < inf else 1e-3 * (abs(self.value) or 1.0)
 
+    def within(self, value: float) -> float:
+        """Return a value, or the bound beyond which it lies."""
+        return min(max(value, self.low), self.high)
+
     def inward(self, value: float, wider: float = 1.0) -> float:
         """Step of a finite difference from a value that does not leave the bounds."""
         step, up, down = wider * self.stride, self.high - value, value - self.low
@@ -91,20 +95,21 @@ def tolerance_knobs(problem: Problem) -> list[Knob]:
             if RADIUS not in problem.vehicle.figures():
                 knobs.append(Knob(RADIUS, 1.0, sd / figure.value, low=0.5, high=2.0))
         elif sd > 0:
-            knobs.append(Knob(key, figure.value, sd, low=least_of(problem, key)))
+            low, high = bounds_of(problem, key)
+            knobs.append(Knob(key, figure.value, sd, low, high))
     return knobs
 
 
-def least_of(problem: Problem, key: str) -> float:
-    """Least that a figure may be: an effect's own bound, or a fifth of what is stated.
+def bounds_of(problem: Problem, key: str) -> tuple[float, float]:
+    """Least and most that a figure may be: an effect's own; else a fifth of the stated.
 
     A loss may be nil; a mass may not.
     """
     value = problem.vehicle.figures()[key].value
     table, effect, *rest = key.split(".")
     if table == "effects":
-        return problem.vehicle.known[effect].param(rest[0]).bounds[0]
-    return LEAST * value if value > 0 else -inf
+        return problem.vehicle.known[effect].param(rest[0]).bounds
+    return (LEAST * value if value > 0 else -inf), inf
 
 
 def bias_knobs(problem: Problem, log: int = 0) -> list[Knob]:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.analyse.charge import Charge, battery_energy, charge_of
+from rcc_sim.analyse.heading import TURN_RATE, turn_rate
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.physics.step import SLIP_BLEND
 from rcc_sim.simulate.replay import Drive, distance_of, replay
@@ -21,6 +22,7 @@ Array = NDArray[np.float64]
 CHANNELS = (
     "speed_mps",
     "yaw_rate_radps",
+    TURN_RATE,
     "accel_x_mps2",
     "accel_y_mps2",
     "motor_current_a",
@@ -31,7 +33,7 @@ CHANNELS = (
 )
 """Columns by which model and log are compared, where the log has them."""
 
-LATERAL = ("yaw_rate_radps", "accel_y_mps2")
+LATERAL = ("yaw_rate_radps", TURN_RATE, "accel_y_mps2")
 
 RECALLS = (0.2, 1.0)
 """Times in which the model's speed, and its loop's integral, come to the log's. [s]
@@ -123,6 +125,8 @@ class Problem:
     ) -> dict[str, Array]:
         """Columns that a vehicle predicts at the log's rows; a free run by default."""
         out = replay(vehicle, self.drive, recalls, coarse=coarse)
+        if TURN_RATE in self.log:
+            out[TURN_RATE] = turn_rate(out["time_s"], out["yaw_rad"])
         if self.charge is None:
             return out
         out = {name: self.charge.means(x) for name, x in out.items()}

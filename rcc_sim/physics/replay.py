@@ -23,7 +23,7 @@ from rcc_sim.physics.step import (
     step_imposed,
     step_steered,
 )
-from rcc_sim.physics.tables import between, seek
+from rcc_sim.physics.tables import between, command_at, seek
 
 FREE = 0.98  # 1; share of a current limit beyond which the loop counts as saturated
 
@@ -45,12 +45,12 @@ def weigh(flow, share):
 
 
 @jit
-def look_up_inputs(p, s, u, t, rows_at, time, ref, steer, grade, slope, aux):
+def look_up_inputs(p, s, u, t, rows_at, time, ref, steer, grade, slope, aux, held):
     """Read what acts at t [s]: reference, steering, slope and auxiliary power."""
-    held = held_time(t, p.reference_sampling.period_s)
-    s.ref_at = seek(held, time, s.ref_at)
-    u.v_ref = between(held, time, ref, int(s.ref_at))
-    u.steer = between(t + 0.5 * p.control.T_loop, time, steer, rows_at)
+    sampled = held_time(t, p.reference_sampling.period_s)
+    s.ref_at = seek(sampled, time, s.ref_at)
+    u.v_ref = command_at(sampled, time, ref, int(s.ref_at), held[0])
+    u.steer = command_at(t + 0.5 * p.control.T_loop, time, steer, rows_at, held[1])
     u.aux = between(t, time, aux, rows_at)
     s.grade_at = seek(s.s, grade, s.grade_at)
     u.slope = between(s.s, grade, slope, int(s.grade_at)) + p.road_grade.slope
@@ -100,18 +100,19 @@ def run_replayed(
     """Run the vehicle along a log, one row each row of the log.
 
     P holds the parameters, work the other records, drive what was commanded at the
-    rows (time, reference, steer, throttle, auxiliary power), road the slope over
-    distance, measured the speed, current, yaw rate and torque at the rows (the
-    speed without gaps if the run is imposed; NaN where nothing is known; an imposed
-    run takes its power from the torque that was measured), maps and lines as in
-    ``run_commanded``. Means are over ``window`` [s] before each row.
+    rows (time, reference, steer, throttle, auxiliary power; whether the first three
+    hold between the rows), road the slope over distance, measured the speed, current,
+    yaw rate and torque at the rows (the speed without gaps if the run is imposed; NaN
+    where nothing is known; an imposed run takes its power from the torque that was
+    measured), maps and lines as in ``run_commanded``. Means are over ``window`` [s]
+    before each row.
     ``recalls`` holds the times [s] in which state and measurement come together
     (speed, integral); infinite: never.
     """
     p = P[0]
     c, s, u, f, flow = work[0][0], work[1][0], work[2][0], work[3][0], work[4][0]
     E = sinks[0]
-    time, ref, steer, throttle, aux = drive
+    time, ref, steer, throttle, aux, held = drive
     grade, slope = road
     speed, current, yaw_rate, torque, accel = measured
     eta, force = maps
@@ -125,7 +126,7 @@ def run_replayed(
     if first != first:
         first = 0.0
     begin(p, c, s, max(first, 0.0), 0.0)
-    look_up_inputs(p, s, u, time[0], 0, time, ref, steer, grade, slope, aux)
+    look_up_inputs(p, s, u, time[0], 0, time, ref, steer, grade, slope, aux, held)
     write(c, s, u, E, flow, rows[0])
     tick = math.floor(time[0] / T + NEAR)
     start = 0.0  # an imposed run has no controller: its ticks end at the rows
@@ -147,7 +148,9 @@ def run_replayed(
             elif tick == last - 1:
                 weigh(flow, 1.0 / more)
             t = max(start + tick * T, time[0])
-            look_up_inputs(p, s, u, t, before, time, ref, steer, grade, slope, aux)
+            look_up_inputs(
+                p, s, u, t, before, time, ref, steer, grade, slope, aux, held
+            )
             angle = u.steer
             r_0 = s.r
             w_0 = s.w
@@ -175,7 +178,7 @@ def run_replayed(
                 else:
                     s.t = t
                     tau = obey_throttle(
-                        p, c, s, u, force, (time, throttle), late_motor, tick
+                        p, c, s, u, force, (time, throttle), held[2], late_motor, tick
                     )
                 actuate(p, c, s, u, tau, angle)
                 step(p, c, s, u, f, E, flow, T)
@@ -196,6 +199,7 @@ def run_replayed(
             write(c, s, u, E, flow, rows[k])
         rows[k].t = t_end
         rows[k].r = s.r + (s.r - r_0) * (ends - tick)
+        rows[k].psi = s.psi + s.r * (ends - tick) * T
         rows[k].w = max(s.w + (s.w - w_0) * (ends - tick), 0.0)
         if imposed:
             rows[k].v = speed[k]

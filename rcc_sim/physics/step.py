@@ -95,7 +95,8 @@ def resist(p, c, u, f, v, w):
     f.roll = rolling_force(wheel_load(c.m, u.slope), p.rolling_resistance.coefficient)
     f.aero = drag_force(v_air, drag.drag_area_m2, drag.air_density_kg_per_m3)
     f.grade = grade_force(c.m, u.slope)
-    f.road = road_load_force(v, road.a_n, road.b_n_s_per_m, road.c_n_s2_per_m2)
+    force = road_load_force(v, road.a_n, road.b_n_s_per_m, road.c_n_s2_per_m2)
+    f.road = max(force, 0.0)  # a fit with a negative part must not push
     f.scrub = scrub_force(u.delta, p.steering_drag.force_n_per_rad)
     f.ground = f.roll + f.aero + f.grade + f.road + f.scrub
     resist_turning(p, f, c.n * w)
@@ -252,6 +253,7 @@ def step_steered(p, c, s, u, f, E, flow, v_1, dt):
     flow.a_x += (f.a + (turning + f.grade) / c.m) * dt
     flow.a_y += (f.F_F * u.cos_delta + f.F_R) / c.m * dt
     s.v_y = 2.0 * f.v_y - s.v_y
+    s.psi += f.r * dt
     s.r = 2.0 * f.r - s.r
     s.s += f.v * f.moving
     turn_velocity(c, s, 0.5 * dt)

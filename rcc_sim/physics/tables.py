@@ -23,6 +23,14 @@ def between(x, xs, ys, i):
 
 
 @jit
+def command_at(x, xs, ys, i, held):
+    """Command in the cell i of a table: the last that came, or on a straight line."""
+    if held and x < xs[-1]:
+        return ys[i]
+    return between(x, xs, ys, i)
+
+
+@jit
 def slope_of(x, xs, ys, i):
     """Slope of a table at x, searched from cell i on; 0 beyond its ends."""
     if len(xs) < 2 or x < xs[0] or x >= xs[-1]:

@@ -24,6 +24,7 @@ TITLES = {
     "x_m": "Way along x",
     "y_m": "Lateral place",
     "yaw_rad": "Heading",
+    "turn_rate_radps": "Heading's rate",
     "slope": "Slope",
     "elevation_m": "Elevation",
     "battery_energy_wh": "Energy from the battery",

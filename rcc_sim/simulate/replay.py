@@ -44,6 +44,10 @@ Enough for what a change of a figure does, the error being much the same without
 ROUNDING = 1e-9
 """Time within which two instants are the same. [s]"""
 
+LEAPT = 0.25
+"""Share of a command's way that is made in leaps from which on it holds between rows.
+"""
+
 LATE = 1e6
 """Time beyond which a clock counts from its own start: Unix time, say. [s]"""
 
@@ -77,6 +81,12 @@ class Drive:
         What the log's clock showed where ``time`` is 0. [s]
     distance : ndarray or None
         Distance driven at the rows, where the road is not flat. [m]
+    held : tuple of bool
+        Whether reference, steering and throttle hold between the rows, as digital
+        commands do, or run straight.
+    turned : ndarray or None
+        True yaw rate at the rows, by another measurement than the gyro; NaN where not
+        known. What the gyro shows then follows from it, not from the model. [rad/s]
     """
 
     time: Array
@@ -88,6 +98,8 @@ class Drive:
     window: float
     start: float = 0.0
     distance: Array | None = None
+    held: tuple[bool, bool, bool] = (False, False, False)
+    turned: Array | None = None
 
     @property
     def turns_as_measured(self) -> bool:
@@ -110,6 +122,7 @@ class Drive:
             measured=(speed, current, yaw_rate, torque, accel),
             road=road,
             distance=distance,
+            turned=self.turned if self.turned is None else self.turned[rows],
         )
 
 
@@ -138,7 +151,7 @@ def replay(
     Returns
     -------
     columns : dict of ndarray, each of shape (n,)
-        As those of a simulated trace, without places and the energy ledger.
+        As those of a simulated trace, without x and y and the energy ledger.
 
     Raises
     ------
@@ -165,7 +178,7 @@ def replay(
         True,
         P,
         work,
-        (drive.time, *drive.commands),
+        (drive.time, *drive.commands, drive.held),
         drive.road,
         as_true(vehicle, drive),
         (efficiency_map(vehicle), force_table(vehicle)),
@@ -184,6 +197,11 @@ def replay(
         n_file=float(c["n_file"]),
         K_t=float(c["K_t"]),
     )
+    columns["yaw_rad"] = record.column(table, "psi")
+    if drive.turned is not None:
+        simulated = columns["yaw_rate_radps"]
+        known = np.isfinite(drive.turned)
+        columns["yaw_rate_radps"] = np.where(known, drive.turned, simulated)
     seen = sensed_columns(vehicle, columns)
     seen["time_s"] = drive.time + drive.start
     return seen
@@ -265,7 +283,7 @@ def drive_of(
     Parameters
     ----------
     log : Trace
-        Time increases; commands between two values are drawn in a straight line.
+        Time increases; commands that leap hold between rows, others run straight.
     vehicle : Vehicle
         Its controller's mode decides which commands count.
     window : float
@@ -310,7 +328,20 @@ def drive_of(
         window,
         start,
         distance,
+        (holds(ref), holds(steer), holds(throttle)),
     )
+
+
+def holds(command: Array) -> bool:
+    """Tell whether a command stays as it is for some rows and then leaps.
+
+    One that holds between its messages leaps from row to row; a driver's hand, or a
+    cycle's speed, moves over several. It holds if ``LEAPT`` of its way is leapt.
+    """
+    way = np.abs(np.diff(command))
+    way[way <= ROUNDING * np.ptp(command)] = 0.0
+    still = np.pad(way == 0.0, 1, constant_values=True)
+    return bool(way[still[:-2] & still[2:]].sum() > LEAPT * way.sum())
 
 
 def _refuse(log: Trace, vehicle: Vehicle) -> None:

@@ -5,6 +5,7 @@ import pytest
 
 from rcc_sim.analyse.logged import open_log
 from rcc_sim.diagnose.candidates import candidates_for
+from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.knobs import tolerance_knobs
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.run import diagnose
@@ -74,3 +75,20 @@ def test_yaw_inertia_is_no_cause_where_the_yaw_rate_is_imposed(columns):
         knobs = {k.key for k in tolerance_knobs(problem)}
         assert ("yaw_inertia" in able) is told
         assert ("body.yaw_inertia_kgm2" in knobs) is told
+
+
+def test_a_tolerance_stays_where_its_effect_may_be(columns):
+    vague = car({"steering_offset": {"angle_rad": {"value": 0.0, "sd": 0.2}}})
+    log = Trace(columns[0])
+    found = tolerance_knobs(Problem(vague, log, drive_of(log, vague)))
+    (knob,) = (k for k in found if k.key == "effects.steering_offset.angle_rad")
+    assert (knob.low, knob.high) == vague.known["steering_offset"].params[0].bounds
+
+
+def test_a_run_that_went_astray_is_the_least_likely(columns):
+    log = Trace(columns[0])
+    engine = Engine([Problem(car(), log, drive_of(log, car()))])
+    sound = engine.residuals({})
+    noise = engine.learn_noise(sound)
+    astray = [np.full_like(e, np.nan) for e in sound]
+    assert engine.loglik(astray, noise) < engine.loglik(sound, noise)

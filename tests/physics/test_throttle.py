@@ -35,6 +35,16 @@ def test_a_dead_zone_of_the_throttle_swallows_what_is_below_it():
     assert simulate(live, DRIVE, throttle=STEP).trace["distance_m"][-1] > 1.0
 
 
+def test_a_road_load_with_a_negative_part_never_pushes():
+    """A fit to low speeds, 2 + 1 v - 1 v², is 0 from 2 m/s on."""
+    load = {"road_load": {"a_n": 2.0, "b_n_s_per_m": 1.0, "c_n_s2_per_m2": -1.0}}
+    push = (T, np.array([1.0, 1.0, 0.0, 0.0]))
+    run = simulate(car(load, **TABLE), DRIVE, throttle=push).trace
+    coasts = run["speed_mps"][run["time_s"] > 1.1]
+    assert coasts[0] > 2.5
+    assert np.ptp(coasts) == 0.0
+
+
 @pytest.mark.parametrize("delay", [0.05, 0.1234])
 def test_a_delay_shifts_the_force_and_nothing_else(delay):
     prompt = simulate(car(**TABLE), DRIVE, throttle=STEP).trace

@@ -13,7 +13,7 @@ def road_load_force(v_x, a, b, c):
 EFFECT = Effect(
     id="road_load",
     title="certified road load",
-    equation="F = A + B v + C v^2",
+    equation="F = max(A + B v + C v^2, 0)",
     params=(
         Param(
             "a_n",
