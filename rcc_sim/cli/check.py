@@ -16,6 +16,7 @@ from rcc_sim.cli.output import Csv, Json, Output, emit, say
 
 if TYPE_CHECKING:
     from rcc_sim.analyse.logcheck import Checked
+    from rcc_sim.errors import InputError
 
 
 def register(app: typer.Typer) -> None:
@@ -83,12 +84,17 @@ def check(
     keep([*(logs or []), vehicle], {"--output": output})
     if html is not None:
         raise InputError("--html: belongs to a fleet", "add --each")
-    checks = _checked(logs or [], vehicle, reader, map_)
+    checks, broken = _checked(logs or [], vehicle, reader, map_)
     for checked in checks:
         say(report.verdict(checked))
     read = sys.stdout.isatty() and not (json or csv or output)
     rows = report.shown(checks) if read else report.rows(checks)
-    emit(report.document(checks), rows, json=json, csv=csv, output=output)
+    if checks:
+        emit(report.document(checks), rows, json=json, csv=csv, output=output)
+    if broken:
+        for log, error in broken[:-1]:
+            say(f"error: {log}: {str(error).removeprefix(f'{log}: ')}")
+        raise broken[-1][1]
     if strict:
         _insist(checks)
 
@@ -105,15 +111,22 @@ def _fleet(asked: Asked, options: dict[str, Any], *, strict: bool) -> None:
 
 def _checked(
     logs: list[str], vehicle: str | None, reader: str | None, map_: str | None
-) -> list[Checked]:
+) -> tuple[list[Checked], list[tuple[str, InputError]]]:
+    """Return what was found in each log, and the logs that cannot be read at all."""
     from rcc_sim.analyse.logcheck import check_reading
     from rcc_sim.definitions.vehicle import load_vehicle
+    from rcc_sim.errors import InputError
     from rcc_sim.readers import read_log
 
     judge = load_vehicle(vehicle) if vehicle else None
-    return [
-        check_reading(read_log(log, reader=reader, columns=map_), judge) for log in logs
-    ]
+    found, broken = [], []
+    for log in logs:
+        try:
+            reading = read_log(log, reader=reader, columns=map_)
+            found.append(check_reading(reading, judge))
+        except InputError as error:
+            broken.append((log, error))
+    return found, broken
 
 
 def _insist(checks: list[Checked]) -> None:

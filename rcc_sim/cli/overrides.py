@@ -65,14 +65,22 @@ def changed_vehicle(
     if files:
         vehicle = vehicle.changed(files=tuple(files))
     effects: dict[str, dict[str, Any]] = {}
+    given: dict[str, str] = {}
     for text in added or []:
         effect, params = _effect(text, vehicle)
         effects.setdefault(effect, {}).update(params)
-    changed = vehicle.changed(
-        settings=dict(_setting("--set", text) for text in settings or []),
-        effects=effects,
-        without=tuple(removed or ()),
-    )
+        given |= {f"effects.{effect}.{param}": f"--with {text}" for param in params}
+    figures = {}
+    for text in settings or []:
+        key, value = _setting("--set", text)
+        figures[key] = value
+        given[key] = f"--set {text}"
+    try:
+        changed = vehicle.changed(
+            settings=figures, effects=effects, without=tuple(removed or ())
+        )
+    except InputError as error:
+        raise _blamed(error, vehicle, given) from None
     for own in changed.own.values():
         if own.effect.id not in changed.effects and files:
             param = own.effect.params[0].name
@@ -81,6 +89,15 @@ def changed_vehicle(
                 f"--with {own.effect.id}:{param}=VALUE does",
             )
     return changed
+
+
+def _blamed(error: InputError, vehicle: Vehicle, given: dict[str, str]) -> InputError:
+    """Return an error that names the option where the file was not at fault."""
+    what = str(error).removeprefix(f"{vehicle.where}: ")
+    for key, option in given.items():
+        if what.startswith(f"{key}: "):
+            return InputError(f"{option}: {what.removeprefix(f'{key}: ')}", error.hint)
+    return error
 
 
 def _setting(option: str, text: str) -> tuple[str, Any]:

@@ -31,6 +31,9 @@ SHRUNK, NO_ENERGY = 1 / 3, 1.5
 """Share to which the energy gap has to shrink on rows that no fit saw, and size below
 which it need not. [1], [%]"""
 
+LEAST_SURE, SUREST = 0.01, 0.995
+"""Least and largest probability that is stated: nats are surer than any model."""
+
 SOFT = 4.0
 """Nats by which odds grow by e: model error blunts a likelihood by about so much."""
 
@@ -119,7 +122,7 @@ def probability(cause: Cause, left: Remainder) -> float:
     chance = 1 / (1 + exp(-min(margin, 200.0) / SOFT))
     if left.is_real:
         chance *= cause.gain / (cause.gain + left.against(cause.effect, cause.shares))
-    return min(max(chance, 0.01), 0.995)
+    return min(max(chance, LEAST_SURE), SUREST)
 
 
 def estimates(

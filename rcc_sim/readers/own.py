@@ -8,7 +8,7 @@ from rcc_sim.errors import InputError
 from rcc_sim.readers.build import Report, finished
 from rcc_sim.readers.column_map import ColumnMap
 from rcc_sim.readers.csv_table import TextTable, is_number, read_columns, text_table
-from rcc_sim.readers.log import Log, Mapped
+from rcc_sim.readers.log import Flaw, Log, Mapped
 from rcc_sim.source import Source
 from rcc_sim.units import unit_of
 
@@ -17,6 +17,9 @@ SUMMARY = "CSV in rccsim's own columns (time_s and at least one channel)"
 
 UNITLESS = ("throttle", "slope", "steering", "duty_cycle")
 """Own columns that carry no unit."""
+
+NO_UNIT = "its name has no unit, so it is none of rccsim's columns"
+MAPPED = "compared with nothing; --map says what a column is"
 
 
 def sniff(source: Source) -> bool:
@@ -45,6 +48,11 @@ def read(source: Source, columns: ColumnMap | None = None) -> Log:
     report.dropped += [n for n in table.names if n and n not in wanted]
     read, notes = read_columns(table, wanted)
     report.notes += notes
+    report.flaws += [
+        Flaw("unknown", name, NO_UNIT, MAPPED)
+        for name in wanted
+        if unit_of(name) == "1" and name not in UNITLESS
+    ]
     report.mapped += [Mapped(name, name) for name in wanted]
     found = {name: np.asarray(values, dtype=float) for name, values in read.items()}
     return finished(source.name, found, NAME, report)

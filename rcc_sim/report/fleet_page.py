@@ -10,7 +10,7 @@ from typing import Any
 from rcc_sim.report.fleet_tables import STATUS, Doc, lines, tables
 from rcc_sim.report.html_parts import Column, cards, section, table
 from rcc_sim.report.provenance import run_record
-from rcc_sim.report.text import Markup, figures, percent, tag
+from rcc_sim.report.text import Markup, figures, probable, tag
 
 MOST_ROWS = 2_000
 """Logs that a page lists; the dataset holds them all."""
@@ -122,7 +122,7 @@ def _log(row: Mapping[str, Any]) -> dict[str, Any]:
     for key in ("measured_wh", "gap_percent"):
         shown[key] = figures(known[key]) if key in known else None
     if "probability" in known:
-        shown["probability"] = percent(known["probability"])
+        shown["probability"] = probable(known["probability"])
     if "value" in known:
         ends = f"{figures(known.get('low'))} to {figures(known.get('high'))}"
         shown["figure"] = f"{known['parameter']} {figures(known['value'])} ({ends})"

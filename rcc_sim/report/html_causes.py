@@ -15,7 +15,7 @@ from rcc_sim.report.html_parts import (
     section,
     table,
 )
-from rcc_sim.report.text import Markup, figures, joined, percent, tag
+from rcc_sim.report.text import Markup, figures, joined, percent, probable, tag
 from rcc_sim.units import unit_of
 
 SHOWN = 8
@@ -50,7 +50,7 @@ def _asserted(diagnosis: Mapping[str, Any]) -> Markup:
         {
             "effect": effect_name(str(cause.get("effect", "?"))),
             "figures": _parameters(cause.get("parameters") or {}),
-            "probability": percent(cause.get("probability")),
+            "probability": probable(cause.get("probability")),
             "explains": percent(cause.get("explains")),
             "energy": _added(cause.get("energy_wh")),
             "others": ", ".join(
@@ -102,7 +102,7 @@ def _ranked(diagnosis: Mapping[str, Any]) -> Markup:
     rows = [
         {
             "effect": effect_name(str(row.get("effect", "?"))),
-            "probability": percent(row.get("probability")),
+            "probability": probable(row.get("probability")),
             "bar": bar((0.0, float(row.get("probability") or 0.0)), 0.0, 1.0, "a"),
             "explains": percent(row.get("explains")),
             "tie": f"tied with {effect_title(ties[row['effect']])}"

@@ -13,7 +13,7 @@ from rcc_sim.analyse.gap_regimes import moving_mean
 from rcc_sim.diagnose.run import Diagnosis
 from rcc_sim.diagnose.verdict import Asserted
 from rcc_sim.report.html_parts import OTHERS
-from rcc_sim.report.text import figures, percent, printable, sparkline
+from rcc_sim.report.text import figures, percent, printable, probable, sparkline
 
 WORDS = {
     "no_gap": "no gap beyond what tolerances and noise explain",
@@ -145,7 +145,7 @@ def _cause(a: Asserted) -> str:
         for k, x in a.figures.items()
     )
     varies = ", varies over the drive (--profiles)" if a.cause.profiles else ""
-    return f"{a.cause.effect}, probability {percent(a.probability)}: {told}{varies}"
+    return f"{a.cause.effect}, probability {probable(a.probability)}: {told}{varies}"
 
 
 def _rivals(found: Diagnosis) -> Iterator[tuple[str, str]]:
@@ -153,7 +153,7 @@ def _rivals(found: Diagnosis) -> Iterator[tuple[str, str]]:
     tied = {t for a in found.asserted for t in a.cause.tied}
     rows = [r for r in found.document()["ranking"] if r["effect"] not in taken | tied]
     told = [
-        f"{OTHERS.get(r['effect'], r['effect'])} {percent(r['probability'])}"
+        f"{OTHERS.get(r['effect'], r['effect'])} {probable(r['probability'])}"
         for r in rows[:RIVALS]
     ]
     if told and found.asserted:

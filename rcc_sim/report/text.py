@@ -79,6 +79,15 @@ def figures(value: object, digits: int = 3) -> str:
     return text.replace("-", "−")
 
 
+def probable(chance: object) -> str:
+    """Return a probability as percent; the largest that is stated as a bound."""
+    from rcc_sim.diagnose.verdict import SUREST
+
+    if isinstance(chance, int | float) and chance >= SUREST:
+        return "> 99 %"
+    return percent(chance)
+
+
 def percent(share: object, digits: int = 2) -> str:
     """Return a share as percent; small ones with a decimal, never more than known."""
     if not isinstance(share, int | float) or share != share:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from rcc_sim.report.text import figures, percent
+from rcc_sim.report.text import figures, percent, probable
 from rcc_sim.units import SUFFIXES, unit_of
 
 STATUS = {
@@ -122,7 +122,7 @@ def _cause(cause: Mapping[str, Any]) -> str:
     if len(parameters) == 1 and not others:
         told += [strength(*pair) for pair in parameters.items()]
     if cause.get("probability") is not None:
-        told.append(f"probability {percent(cause['probability'])}")
+        told.append(f"probability {probable(cause['probability'])}")
     if others:
         told.append("this log cannot tell them apart")
     return f"{text} ({'; '.join(told)})" if told else text

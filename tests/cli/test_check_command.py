@@ -175,3 +175,25 @@ def test_channels_of_several_rates_are_not_lost_rows(log, tmp_path):
     assert "clocks" in kinds
     assert not kinds & {"lost_rows", "gap"}
     assert said["rate_hz"] == pytest.approx(50 / 7, rel=0.01)
+
+
+def test_a_log_that_cannot_be_read_does_not_hide_what_the_others_hold(log, tmp_path):
+    empty, other = tmp_path / "empty.csv", tmp_path / "other.csv"
+    empty.write_text("")
+    other.write_text("no log")
+    done = rccsim("check", empty, log, other, log, "--json")
+    assert done.returncode == 2
+    assert done.stderr.count(f"{log}: 3000 rows in use") == 2
+    for path in (empty, other):
+        assert f"error: {path}: " in done.stderr
+    assert len(json.loads(done.stdout)["logs"]) == 2
+    none = rccsim("check", empty, other, "--json")
+    assert (none.returncode, none.stdout) == (2, "")
+
+
+def test_a_column_without_a_unit_is_told(log):
+    table = pd.read_csv(log)
+    table.assign(I_bat=1.5, throttle=0.1).to_csv(log, index=False)
+    found = json.loads(rccsim("check", log, "--json").stdout)["findings"]
+    told = {f["channel"]: f["what"] for f in found if f["kind"] == "unknown"}
+    assert list(told) == ["I_bat"] and "no unit" in told["I_bat"]

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 DART = Path(__file__).resolve().parents[3] / "shared/data/real_rc/dart_jetracer"
@@ -80,3 +81,32 @@ def test_a_check_names_the_dead_channels_and_the_bias_of_the_imu(path):
     ]
     assert len(bias) == 1
     assert -0.55 < bias[0] < -0.2
+
+
+SEEN = sorted(DART.glob("70_racetrack_lap_v_1/*.csv.gz"))
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not SEEN, reason="the log with motion capture is not here")
+def test_the_gyro_is_as_late_as_its_shift_against_the_heading_says():
+    """The shift at which gyro and motion capture agree best, without any vehicle."""
+    words = ("--vehicle", "dart_jetracer", "--withhold", "sensor_delay")
+    found = answer("diagnose", SEEN[0], *words)
+    (late,) = (c for c in found["causes"] if c["effect"] == "sensor_delay")
+    table = pd.read_csv(SEEN[0])
+    names = ("vicon time", "W (IMU)", "vicon yaw")
+    time, gyro, yaw = (table[c].to_numpy() for c in names)
+    fresh = np.flatnonzero(np.diff(gyro) != 0) + 1
+    fine = np.arange(time[0], time[-1], 0.005)
+    heading = np.interp(fine, time, np.unwrap(yaw))
+
+    def differs(shift):
+        at = time[fresh] - shift
+        ends = (np.interp(at + side, fine, heading) for side in (0.025, -0.025))
+        turn = next(ends) - next(ends)
+        return float(np.median(np.abs(gyro[fresh] - turn / 0.05)))
+
+    best = min(np.arange(0.0, 0.15, 0.005), key=differs)
+    assert late["parameters"]["yaw_rate_delay_s"]["value"] == pytest.approx(
+        best, abs=0.015
+    )

@@ -127,6 +127,8 @@ def test_a_surveyed_road_and_a_logged_load_are_driven(cycle, tmp_path):
         (["--set", "mass_kg=3"], ["mass_kg", "body.mass_kg"]),
         (["--set", "body.mass_kg=heavy"], ["body.mass_kg", "number"]),
         (["--set", "body.mass_kg"], ["KEY=VALUE"]),
+        (["--set", "body.mass_kg=-3"], ["error: --set body.mass_kg=-3: should be"]),
+        (["--with", "rolling_resistance:coefficient=7"], ["error: --with rolling_"]),
         (["--with", "rolling_resistanc:coefficient=1"], ["rolling_resistance"]),
         (["--with", "rolling_resistance"], ["coefficient"]),
         (["--with", "rolling_resistance:coefficient"], ["ID:PARAM=VALUE"]),

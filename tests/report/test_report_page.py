@@ -15,7 +15,7 @@ import pytest
 from rcc_sim.report.findings import Report
 from rcc_sim.report.html import page
 from rcc_sim.report.provenance import run_record
-from rcc_sim.report.text import escaped, percent, printable, tag
+from rcc_sim.report.text import escaped, percent, printable, probable, tag
 from rcc_sim.report.verdict import verdict_of
 from rcc_sim.trace import Trace
 from tests.report.made import NASTY, diagnosis_report
@@ -215,6 +215,7 @@ def test_an_element_escapes_what_is_put_into_it():
 def test_a_probability_is_never_rounded_up_to_certainty():
     told = [percent(p) for p in (0.995, 0.9999, 1.0, 0.99)]
     assert told == ["99.5 %", "> 99.9 %", "100 %", "99.0 %"]
+    assert [probable(p) for p in (0.995, 0.99, None)] == ["> 99 %", "99.0 %", "–"]
 
 
 def test_what_was_run_has_versions_and_hashes(tmp_path):
