@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d, median_filter
 
+from rcc_sim.analyse.heading import seen_heading, turn_at
 from rcc_sim.analyse.logged import open_log
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.deliver import acting
@@ -28,6 +29,7 @@ from rcc_sim.diagnose.knobs import nuisance_knobs
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.run import Diagnosis, diagnose, problem_of
 from rcc_sim.physics.effects.road_load import road_load_force
+from rcc_sim.trace import Trace
 
 Array = NDArray[np.float64]
 
@@ -118,8 +120,11 @@ def against(mine: Array, height: Array) -> str:
 def dart(path: Path, withheld: str) -> str:
     """A run with one effect withheld."""
     car = load_vehicle("dart_jetracer").changed(without=(withheld,))
-    found = diagnose([open_log(path, car)], car, withheld=[withheld])
+    log = open_log(path, car)
+    found = diagnose([log], car, withheld=[withheld])
     row = f"{path.name[:44]:44}  {withheld:18}  {told(found):32}"
+    if withheld == "sensor_delay" and "yaw_rad" in log.log:
+        row += f"gyro against motion capture {gyro_shift(log.log):.3f} s  "
     first = next((a for a in found.asserted), None)
     if first is None or first.cause.effect != withheld:
         if withheld in found.not_identifiable:
@@ -132,6 +137,19 @@ def dart(path: Path, withheld: str) -> str:
     mine = [values.get(k, 0.0) for k in ("a_n", "b_n_s_per_m", "c_n_s2_per_m2")]
     ratios = [road_load_force(v, *mine) / road_load_force(v, *FRICTION) for v in SPEEDS]
     return row + "of the published force " + " ".join(f"{x:.2f}" for x in ratios)
+
+
+def gyro_shift(log: Trace) -> float:
+    """Shift [s] at which a gyro and the turn of a measured heading differ least."""
+    time, gyro = log["time_s"], log["yaw_rate_radps"]
+    turn, rows = turn_at(time, seen_heading(log)), np.isfinite(gyro)
+    sound = np.isfinite(turn)
+
+    def differ(shift: float) -> float:
+        there = np.interp(time[rows] - shift, time[sound], turn[sound])
+        return float(np.median(np.abs(gyro[rows] - there)))
+
+    return min(np.arange(0.0, 0.2, 0.005), key=differ)
 
 
 def runs(folder: Path, which: list[str]) -> list[tuple[Callable[..., str], tuple]]:
@@ -147,7 +165,8 @@ def runs(folder: Path, which: list[str]) -> list[tuple[Callable[..., str], tuple
         for effect in STRAIGHT:
             out += [(dart, (p, effect)) for p in steps]
         turns = [p for d in ("30_*", "40_*") for p in sorted(rc.glob(f"{d}/*.csv"))]
-        seen = [p for d in ("50_*", "70_*", "rosbag1") for p in rc.glob(f"{d}/*.gz")]
+        cameras = ("50_*", "70_*", "81_*", "battery_pair", "rosbag1")
+        seen = [p for d in cameras for p in rc.glob(f"{d}/*.gz")]
         for effect in TURNING:
             out += [(dart, (p, effect)) for p in [*turns, *sorted(seen)]]
     return out
