@@ -50,6 +50,7 @@ CHECK = {
 }
 
 ENERGIES = {
+    "at": "string",
     "measured_wh": "double",
     "simulated_wh": "double",
     "gap_wh": "double",

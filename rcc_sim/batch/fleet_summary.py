@@ -105,15 +105,24 @@ def _whole(rows: Sequence[Row], command: str) -> dict[str, Any]:
 
 
 def energy(rows: Sequence[Row]) -> dict[str, Any]:
-    """Return the energies of logs: their sums, and how the gap scatters."""
-    known = [row for row in rows if row.get("gap_wh") is not None]
-    if not known:
+    """Return the energies of logs: their sums, and how the gap scatters.
+
+    Those at the battery and those at the shaft are not one sum: it is of the place
+    that most logs know, and how many know the other alone is told.
+    """
+    every = [row for row in rows if row.get("gap_wh") is not None]
+    if not every:
         return {"logs": 0}
+    places = Counter(row.get("at") for row in every)
+    place = max(places, key=lambda at: (places[at], at == "battery"))
+    known = [row for row in every if row.get("at") == place]
     measured = sum(row["measured_wh"] for row in known)
     gap = sum(row["gap_wh"] for row in known)
     percents = [r["gap_percent"] for r in known if r["gap_percent"] is not None]
     return {
         "logs": len(known),
+        "at": place,
+        "elsewhere": len(every) - len(known),
         "within": sum(bool(row["within"]) for row in known),
         "measured_wh": measured,
         "simulated_wh": sum(row["simulated_wh"] for row in known),

@@ -7,7 +7,7 @@ from importlib import resources
 from itertools import islice
 from typing import Any
 
-from rcc_sim.report.fleet_tables import STATUS, Doc, lines, tables
+from rcc_sim.report.fleet_tables import STATUS, Doc, lines, place_of, tables
 from rcc_sim.report.html_parts import Column, cards, section, table
 from rcc_sim.report.provenance import run_record
 from rcc_sim.report.text import Markup, figures, probable, tag
@@ -83,7 +83,8 @@ def _cards(found: Doc) -> Iterator[tuple[str, str, str]]:
         yield "Sound", f"{found['sound']:,}", "nothing worse than a note"
     energy = found.get("energy") or {}
     if energy.get("logs"):
-        share = f"{figures(energy['gap_percent'])} % of the measured"
+        share = f"{figures(energy['gap_percent'])} % of what was measured"
+        share += place_of(energy)
         yield "Gap", f"{figures(energy['gap_wh'])} Wh", share
         yield "Within", f"{energy['within']:,}", "of noise and the file's sds"
     for status, count in (found.get("status") or {}).items():

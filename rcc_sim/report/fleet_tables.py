@@ -34,7 +34,8 @@ def lines(found: Doc) -> list[str]:
     if energy.get("logs"):
         told.append(
             f"energy gap {figures(energy['gap_percent'])} % of "
-            f"{figures(energy['measured_wh'], 4)} Wh measured; in 9 logs of 10 from "
+            f"{figures(energy['measured_wh'], 4)} Wh measured{place_of(energy)}; "
+            f"in 9 logs of 10 from "
             f"{figures(energy['gap_percent_low'])} to "
             f"{figures(energy['gap_percent_high'])} %; "
             f"{energy['within']} within what noise and the file's sds explain"
@@ -45,6 +46,14 @@ def lines(found: Doc) -> list[str]:
     if found.get("pooled"):
         told += pooled_lines(found["pooled"])
     return told
+
+
+def place_of(energy: Doc) -> str:
+    """Return where energy was measured, and how many logs know it elsewhere alone."""
+    if not energy.get("at"):
+        return ""
+    rest = f" ({_logs(energy['elsewhere'])} elsewhere)" if energy["elsewhere"] else ""
+    return f" at the {energy['at']}{rest}"
 
 
 def pooled_lines(pooled: Doc) -> list[str]:

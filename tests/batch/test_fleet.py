@@ -16,6 +16,7 @@ from rcc_sim.batch.fleet_logs import Entry, entries_of, is_many, logs_of, read_l
 from rcc_sim.batch.fleet_rows import CHECK, TEMPERATURE, check_row, context
 from rcc_sim.batch.fleet_summary import recurring, summary
 from rcc_sim.errors import InputError
+from rcc_sim.report.fleet_tables import lines
 from rcc_sim.simulate.run import simulate
 from rcc_sim.trace import Trace, write_trace
 from tests.batch.test_runs import DRIVE
@@ -190,6 +191,16 @@ def row(**known):
     base = {"error": None, "vehicle": "v", "measured_wh": 10.0, "simulated_wh": 9.0}
     base |= {"gap_wh": 1.0, "gap_percent": 10.0, "within": False, "findings": []}
     return {"log": "l", **base, **known}
+
+
+def test_energies_at_the_battery_and_at_the_shaft_are_not_one_sum():
+    rows = [row(at=at) for at in ("shaft", "battery", "battery")]
+    found = summary(rows, "gap")
+    energy = {k: found["energy"][k] for k in ("at", "logs", "elsewhere", "measured_wh")}
+    assert energy == {"at": "battery", "logs": 2, "elsewhere": 1, "measured_wh": 20.0}
+    assert "measured at the battery (1 log elsewhere);" in " ".join(lines(found))
+    even = summary(rows[:2], "gap")["energy"]
+    assert (even["at"], even["logs"]) == ("battery", 1)
 
 
 def test_a_summary_sums_energies_and_gathers_by_class():
