@@ -87,8 +87,12 @@ class EnergyGap:
 
     @property
     def within(self) -> bool | None:
-        """Whether the gap is none: at most twice its standard uncertainty."""
+        """Whether the gap is none: at most its expanded uncertainty."""
         return None if self.gap_wh is None else abs(self.gap_wh) <= self.expanded
+
+    def beyond(self, times: float) -> bool:
+        """Whether the gap is more than some times its expanded uncertainty."""
+        return self.gap_wh is not None and abs(self.gap_wh) > times * self.expanded
 
 
 def logged_power(log: Trace) -> Array | None:

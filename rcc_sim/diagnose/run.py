@@ -31,6 +31,7 @@ from rcc_sim.diagnose.remainder import Remainder, remainder
 from rcc_sim.diagnose.sums import with_all_figures
 from rcc_sim.diagnose.ties import settled
 from rcc_sim.diagnose.verdict import (
+    DOUBTLESS,
     INTERVAL,
     Asserted,
     estimates,
@@ -120,7 +121,7 @@ class Diagnosis:
             "status": self.status,
             "where": where(first),
             "causes": [self._cause(a) for a in self.asserted],
-            "ranking": ranking(self.found, list(self.asserted), self.left),
+            "ranking": ranking(self.found, list(self.asserted), self.left, self.status),
             "shrink": {
                 "held_out": True,
                 **asdict(self.shrink),
@@ -155,9 +156,9 @@ class Diagnosis:
     @property
     def unexplained(self) -> float:
         """Share of the gap beyond noise that stays; all of it where nothing stands."""
-        if not self.left.is_real:
-            return 0.0
-        return 1.0 - max(self.shrink.explained, 0.0) if self.asserted else 1.0
+        if self.status == "unexplained":
+            return 1.0
+        return 1.0 - max(self.shrink.explained, 0.0) if self.left.is_real else 0.0
 
     @cached_property
     def prices(self) -> Prices | None:
@@ -294,9 +295,10 @@ def diagnose(
     runs = tuple(next_experiments(acting, fit, asserted, known.rivals))
     doubtful = all(g.energy.within is not False for g in gaps)
     energy = (None, None) if doubtful else (before, after)
+    large = any(g.energy.beyond(DOUBTLESS) for g in gaps)
+    status = status_of(causes, left, *energy, large=large)
     return Diagnosis(
-        vehicle, gaps, status_of(causes, left, *energy), asserted, found, fit, left,
-        shrink, before, after, runs,
+        vehicle, gaps, status, asserted, found, fit, left, shrink, before, after, runs,
     )  # fmt: skip
 
 

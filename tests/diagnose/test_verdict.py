@@ -44,15 +44,16 @@ def test_the_energy_gap_has_to_shrink_to_a_third(before, after, status):
 def test_the_ranking_says_what_the_status_says():
     gains = {f"effect {i}": 0.3 * i for i in range(40)}
 
-    def likeliest(gains, left, asserted=()):
+    def likeliest(gains, left, asserted=(), status=""):
         found = SimpleNamespace(ranking=gains)
-        rows = ranking(found, list(asserted), left)
+        rows = ranking(found, list(asserted), left, status)
         assert sum(r["probability"] for r in rows) == pytest.approx(1.0)
         assert rows[0]["probability"] > 0.5
         return rows[0]["effect"]
 
     assert likeliest(gains, NOTHING) == "none"
     assert likeliest(gains | {"withdrawn": 500.0}, NOTHING) == "none"
+    assert likeliest(gains, NOTHING, status="unexplained") == "unknown"
     large = Remainder(UNKNOWN_ENOUGH + 30, "drag", "", [])
     assert likeliest(gains | {"withdrawn": 500.0}, large) == "unknown"
     sure = Asserted(CAUSE, 0.9, {})
@@ -80,6 +81,7 @@ def test_a_cause_that_comes_and_goes_is_withdrawn():
 def test_what_is_left_decides_where_nothing_is_named():
     assert status_of([], NOTHING, 50.0, 50.0) == "no_gap"
     assert status_of([], SOMETHING) == "unexplained"
+    assert status_of([], NOTHING, large=True) == "unexplained"
     assert status_of([CAUSE], SOMETHING, 50.0, 1.0) == "partly_explained"
 
 
