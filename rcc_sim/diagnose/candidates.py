@@ -62,7 +62,7 @@ MEASURED = {"N", "N m", "N m s/rad", "kg m²", "m²", "Ω", "1"}
 """Units of such figures; a load, in W or kg, may be any times what was stated."""
 
 CLOCKED = {"reference_sampling"}
-STEPPED = {"speed_dead_zone", "sensor_delay"}
+STEPPED = {"speed_dead_zone"}
 THROTTLE = {"throttle_dead_zone"}
 DELAYS = {"actuation_delay", "steering_delay", "steering_lag", "motor_lag"}
 
