@@ -100,7 +100,7 @@ def run_replayed(
     """Run the vehicle along a log, one row each row of the log.
 
     P holds the parameters, work the other records, drive what was commanded at the
-    rows (time, reference, steer, throttle, auxiliary power; whether the first three
+    rows (time, reference, steer, throttle, auxiliary power; whether the first two
     hold between the rows), road the slope over distance, measured the speed, current,
     yaw rate and torque at the rows (the speed without gaps if the run is imposed; NaN
     where nothing is known; an imposed run takes its power from the torque that was
@@ -178,7 +178,7 @@ def run_replayed(
                 else:
                     s.t = t
                     tau = obey_throttle(
-                        p, c, s, u, force, (time, throttle), held[2], late_motor, tick
+                        p, c, s, u, force, (time, throttle), late_motor, tick
                     )
                 actuate(p, c, s, u, tau, angle)
                 step(p, c, s, u, f, E, flow, T)

@@ -28,7 +28,7 @@ from rcc_sim.physics.step import (
     step,
     step_imposed,
 )
-from rcc_sim.physics.tables import between, command_at, seek, slope_of
+from rcc_sim.physics.tables import between, seek, slope_of
 
 
 @jit
@@ -127,11 +127,10 @@ def follow_reference(p, c, s, u, f, flow, ref):
 
 
 @jit
-def obey_throttle(p, c, s, u, force, throttle, held, late_motor, k):
+def obey_throttle(p, c, s, u, force, throttle, late_motor, k):
     """Torque [N m] that the logged throttle of a while ago asks for."""
     s.throttle_at = seek(s.t, throttle[0], s.throttle_at)
-    at = int(s.throttle_at)
-    u.throttle = command_at(s.t, throttle[0], throttle[1], at, held)
+    u.throttle = between(s.t, throttle[0], throttle[1], int(s.throttle_at))
     T = p.control.T_loop
     late = command_of(late_motor, k, p.actuation_delay.delay_s, T, u.throttle)
     return throttle_force(p, late, s.v_x, force) / c.n
@@ -185,9 +184,7 @@ def run_commanded(P, work, drive, maps, lines, rows, sinks, every, substeps):
             if p.control.mode == SPEED:
                 tau = speed_loop(p, c, s, u, flow)
             elif p.control.mode == THROTTLE:
-                tau = obey_throttle(
-                    p, c, s, u, force, throttle, False, late_motor, tick
-                )
+                tau = obey_throttle(p, c, s, u, force, throttle, late_motor, tick)
             else:
                 tau = follow_reference(p, c, s, u, f, flow, ref)
             if p.actuation_delay.delay_s > 0.0 and p.control.mode != THROTTLE:

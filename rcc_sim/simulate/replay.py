@@ -82,8 +82,8 @@ class Drive:
     distance : ndarray or None
         Distance driven at the rows, where the road is not flat. [m]
     held : tuple of bool
-        Whether reference, steering and throttle hold between the rows, as digital
-        commands do, or run straight.
+        Whether reference and steering hold between the rows, as digital commands do,
+        or run straight, as the throttle does.
     turned : ndarray or None
         True yaw rate at the rows, by another measurement than the gyro; NaN where not
         known. What the gyro shows then follows from it, not from the model. [rad/s]
@@ -98,7 +98,7 @@ class Drive:
     window: float
     start: float = 0.0
     distance: Array | None = None
-    held: tuple[bool, bool, bool] = (False, False, False)
+    held: tuple[bool, bool] = (False, False)
     turned: Array | None = None
 
     @property
@@ -328,7 +328,7 @@ def drive_of(
         window,
         start,
         distance,
-        (holds(ref), holds(steer), holds(throttle)),
+        (holds(ref), holds(steer)),
     )
 
 

@@ -27,7 +27,7 @@ def test_a_command_that_holds_acts_from_its_row_on():
     steer = np.where(T > 5.95, 0.1, 0.0)
     log = Trace({"time_s": T, "speed_ref_mps": SPEED, "steer_cmd_rad": steer})
     drive = drive_of(log, car())
-    assert drive.held == (False, True, False)
+    assert drive.held == (False, True)
     out = replay(car(), drive)
     rate = out["yaw_rate_radps"]
     assert abs(rate[T < 6.01]).max() == 0.0
