@@ -88,7 +88,7 @@ class EnergyGap:
     @property
     def within(self) -> bool | None:
         """Whether the gap is none: at most its expanded uncertainty."""
-        return None if self.gap_wh is None else abs(self.gap_wh) <= self.expanded
+        return None if self.gap_wh is None else not self.beyond(1.0)
 
     def beyond(self, times: float) -> bool:
         """Whether the gap is more than some times its expanded uncertainty."""

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
+from rcc_sim.simulate.replay import integral_of
 from rcc_sim.trace import Trace
 
 Array = NDArray[np.float64]
@@ -110,8 +113,9 @@ def once_a_span(time: Array, rate: Array) -> Array:
         return out
     most = LEAP * float(np.quantile(np.abs(rate[known]), 0.99))
     at = (time[known] - time[known[0]]) / _span(time)
-    nearest = np.lexsort((np.abs(at - np.round(at)), np.round(at)))
-    first = np.unique(np.round(at)[nearest], return_index=True)[1]
+    span = np.round(at)
+    nearest = np.lexsort((np.abs(at - span), span))
+    first = np.unique(span[nearest], return_index=True)[1]
     kept = known[nearest[first]]
     kept = kept[np.abs(rate[kept]) <= most]
     out[kept] = rate[kept]
@@ -130,10 +134,7 @@ def lost(log: Trace) -> Mask:
     rolled = np.isfinite(speed)
     if min(known.sum(), rolled.sum()) < 2:
         return ~known
-    driven = np.interp(time, time[rolled], speed[rolled])
-    driven = np.concatenate(
-        [[0.0], np.cumsum(0.5 * (driven[1:] + driven[:-1]) * np.diff(time))]
-    )
+    driven = integral_of(time, np.interp(time, time[rolled], speed[rolled]))
     before, after = time - 0.5 * LOOK, time + 0.5 * LOOK
     wide, deep = (
         np.interp(after, time[known], log[c][known])
@@ -150,8 +151,15 @@ def seen_heading(log: Trace) -> Array:
     return np.where(lost(log), np.nan, log["yaw_rad"])
 
 
-def with_turn_rate(log: Trace, wheelbase: float) -> Trace:
-    """Add the rate at which the heading turns, if that is a measurement of its own.
+class Turn(NamedTuple):
+    """How fast a measured heading turns: once a span, since the last; at each row."""
+
+    since: Array
+    at: Array
+
+
+def measured_turn(log: Trace, wheelbase: float) -> Turn | None:
+    """Return how fast the heading turns, if that is a measurement of its own.
 
     A heading that follows from the gyro's yaw rate, or by dead reckoning from speed
     and steering, tells nothing that they do not.
@@ -163,18 +171,17 @@ def with_turn_rate(log: Trace, wheelbase: float) -> Trace:
         [m]
     """
     if "yaw_rad" not in log:
-        return log
-    time = log["time_s"]
-    rate = turn_rate(time, seen_heading(log))
+        return None
+    time, heading = log["time_s"], seen_heading(log)
+    rate = turn_rate(time, heading)
     others = []
     if "yaw_rate_radps" in log:
         others.append(log["yaw_rate_radps"])
     if "steer_cmd_rad" in log and "speed_mps" in log:
         others.append(log["speed_mps"] * np.tan(log["steer_cmd_rad"]) / wheelbase)
     if any(_follows(time, rate, x) for x in others):
-        return log
-    once = once_a_span(time, rate)
-    return Trace({**log.columns, TURN_RATE: once}, name=log.name)
+        return None
+    return Turn(once_a_span(time, rate), turn_at(time, heading))
 
 
 def _follows(time: Array, rate: Array, other: Array) -> bool:
@@ -183,8 +190,7 @@ def _follows(time: Array, rate: Array, other: Array) -> bool:
     if known.sum() < 2:
         return False
     whole = np.interp(time, time[known], other[known])
-    steps = 0.5 * (whole[1:] + whole[:-1]) * np.diff(time)
-    same = turn_rate(time, np.concatenate([[0.0], np.cumsum(steps)]))
+    same = turn_rate(time, integral_of(time, whole))
     both = np.isfinite(rate) & np.isfinite(same)
     x, y = same[both], rate[both]
     if not x.any():

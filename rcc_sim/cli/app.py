@@ -13,7 +13,7 @@ import typer
 from typer.core import TyperGroup
 from typer.main import get_command, get_group
 
-from rcc_sim.cli.output import say
+from rcc_sim.cli.output import say, say_error
 from rcc_sim.errors import InputError, RccError
 
 ORDER = (
@@ -134,15 +134,15 @@ def main() -> None:
         sys.stdout.flush()
     except RccError as error:
         code = error.exit_code
-        _tell(str(error), error.hint)
+        say_error(str(error), error.hint)
     except UsageError as error:
         code = 2
         path = error.ctx.command_path if error.ctx else "rccsim"
         hint = f"`{path} --help` shows what it takes, with an example"
-        _tell(_usage_message(error), hint)
+        say_error(_usage_message(error), hint)
     except CommandError as error:
         code = 2
-        _tell(error.format_message())
+        say_error(error.format_message())
     except typer.Exit as leave:
         code = leave.exit_code
     except (KeyboardInterrupt, typer.Abort):
@@ -153,7 +153,7 @@ def main() -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except OSError as error:
         code = 2
-        _tell(f"{error.filename or 'stdout'}: {error.strerror or error}")
+        say_error(f"{error.filename or 'stdout'}: {error.strerror or error}")
     gc.freeze()  # the process ends: nothing is worth looking for any more
     sys.exit(code)
 
@@ -167,12 +167,6 @@ def _run() -> int:
     with command.make_context("rccsim", sys.argv[1:]) as ctx:
         command.invoke(ctx)
     return 0
-
-
-def _tell(message: str, hint: str = "") -> None:
-    say(f"error: {' '.join(message.split())}")
-    if hint:
-        say(f"hint: {hint}")
 
 
 def _usage_message(error: Any) -> str:

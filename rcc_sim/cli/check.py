@@ -12,7 +12,7 @@ from rcc_sim.cli.batches import Dask, Jobs
 from rcc_sim.cli.complete import vehicle_names
 from rcc_sim.cli.fleets import Asked, By, Each, List, one_log, run_fleet
 from rcc_sim.cli.logs import Map, Reader, keep
-from rcc_sim.cli.output import Csv, Json, Output, emit, say
+from rcc_sim.cli.output import Csv, Json, Output, emit, say, say_error
 
 if TYPE_CHECKING:
     from rcc_sim.analyse.logcheck import Checked
@@ -93,7 +93,7 @@ def check(
         emit(report.document(checks), rows, json=json, csv=csv, output=output)
     if broken:
         for log, error in broken[:-1]:
-            say(f"error: {log}: {str(error).removeprefix(f'{log}: ')}")
+            say_error(f"{log}: {str(error).removeprefix(f'{log}: ')}")
         raise broken[-1][1]
     if strict:
         _insist(checks)

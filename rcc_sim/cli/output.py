@@ -98,6 +98,13 @@ def say(message: str) -> None:
     sys.stderr.write(text + "\n")
 
 
+def say_error(message: str, hint: str = "") -> None:
+    """Tell what is wrong, in one line, and the likely mend."""
+    say(f"error: {' '.join(message.split())}")
+    if hint:
+        say(f"hint: {hint}")
+
+
 def folded(line: str) -> str:
     """Return a line broken between words at the terminal's width."""
     import textwrap

@@ -13,7 +13,7 @@ from rcc_sim.analyse.charge import Charge, battery_energy, charge_of
 from rcc_sim.analyse.heading import TURN_RATE, turn_rate
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.physics.step import SLIP_BLEND
-from rcc_sim.simulate.replay import Drive, distance_of, replay
+from rcc_sim.simulate.replay import Drive, integral_of, replay
 from rcc_sim.trace import Trace
 from rcc_sim.units import RHO_AIR, G
 
@@ -70,6 +70,8 @@ class Problem:
         Rows of such a drive at which no speed was logged.
     unzeroed : tuple of str
         Columns whose offset is no tolerance: it was stated, and is withheld.
+    turned : ndarray or None
+        Yaw rate by a heading that was measured, by which the gyro is judged. [rad/s]
     """
 
     vehicle: Vehicle
@@ -78,6 +80,7 @@ class Problem:
     charge: Charge | None = None
     bridged: NDArray[np.bool_] | None = None
     unzeroed: tuple[str, ...] = ()
+    turned: Array | None = None
 
     @cached_property
     def channels(self) -> tuple[str, ...]:
@@ -124,7 +127,7 @@ class Problem:
         coarse: bool = False,
     ) -> dict[str, Array]:
         """Columns that a vehicle predicts at the log's rows; a free run by default."""
-        out = replay(vehicle, self.drive, recalls, coarse=coarse)
+        out = replay(vehicle, self.drive, recalls, coarse=coarse, turned=self.turned)
         if TURN_RATE in self.log:
             out[TURN_RATE] = turn_rate(out["time_s"], out["yaw_rad"])
         if self.charge is None:
@@ -185,7 +188,7 @@ class Problem:
     @cached_property
     def distance(self) -> Array:
         """Distance from the start of the log. [m]"""
-        distance = distance_of(self.drive.time, self._speed)
+        distance = integral_of(self.drive.time, self._speed)
         return distance if self.charge is None else self.charge.means(distance)
 
     @cached_property

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from rcc_sim.analyse.gap import Gap, gap, window_of
 from rcc_sim.analyse.gap_energy import logged_power
 from rcc_sim.analyse.gap_report import where
-from rcc_sim.analyse.heading import seen_heading, turn_at, with_turn_rate
+from rcc_sim.analyse.heading import TURN_RATE, measured_turn
 from rcc_sim.analyse.logged import Logged
 from rcc_sim.definitions.figure import Z_90, Figure
 from rcc_sim.definitions.vehicle import Vehicle
@@ -318,10 +318,14 @@ def problem_of(log: Trace, vehicle: Vehicle) -> Problem:
     if power is not None and "battery_power_w" not in log:
         log = Trace({**log.columns, "battery_power_w": power}, name=log.name)
     drive = drive_of(log, vehicle, window_of(log))
-    turning = with_turn_rate(log, vehicle.wheelbase)
-    if turning is not log:
-        drive = replace(drive, turned=turn_at(log["time_s"], seen_heading(log)))
-    return by_charge(log, vehicle, drive) or Problem(vehicle, turning, drive)
+    charged = by_charge(log, vehicle, drive)
+    if charged is not None:
+        return charged
+    turn = measured_turn(log, vehicle.wheelbase)
+    if turn is None:
+        return Problem(vehicle, log, drive)
+    log = Trace({**log.columns, TURN_RATE: turn.since}, name=log.name)
+    return Problem(vehicle, log, drive, turned=turn.at)
 
 
 def _only(

@@ -51,7 +51,7 @@ def read(source: Source, columns: ColumnMap | None = None) -> Log:
     report.flaws += [
         Flaw("unknown", name, NO_UNIT, MAPPED)
         for name in wanted
-        if unit_of(name) == "1" and name not in UNITLESS
+        if not _is_named_so(name)
     ]
     report.mapped += [Mapped(name, name) for name in wanted]
     found = {name: np.asarray(values, dtype=float) for name, values in read.items()}
@@ -60,6 +60,11 @@ def read(source: Source, columns: ColumnMap | None = None) -> Log:
 
 def _is_ours(table: TextTable, name: str, place: int) -> bool:
     """Whether a column should be numbers: by its unit, its name or its first row."""
-    if unit_of(name) != "1" or name in UNITLESS:
+    if _is_named_so(name):
         return True
     return place >= len(table.first) or is_number(table.first[place], table.decimal)
+
+
+def _is_named_so(name: str) -> bool:
+    """Whether a name is that of one of our columns: by its unit, or without one."""
+    return unit_of(name) != "1" or name in UNITLESS

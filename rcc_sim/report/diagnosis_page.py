@@ -6,7 +6,6 @@ import difflib
 import io
 import tempfile
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -61,8 +60,7 @@ def _mended(found: Diagnosis) -> Columns:
     """Return a free run of the mended vehicle at the rows of the first log."""
     figures = figures_of(found.fit.values)
     on = with_profiles(found.plain, [a.cause for a in found.asserted])
-    drive = replace(on.drive, turned=None)  # as the model itself turns
-    return replay(found.vehicle.changed(settings=figures), drive)
+    return replay(found.vehicle.changed(settings=figures), on.drive)
 
 
 def _diff(found: Diagnosis) -> str:

@@ -84,9 +84,6 @@ class Drive:
     held : tuple of bool
         Whether reference and steering hold between the rows, as digital commands do,
         or run straight, as the throttle does.
-    turned : ndarray or None
-        True yaw rate at the rows, by another measurement than the gyro; NaN where not
-        known. What the gyro shows then follows from it, not from the model. [rad/s]
     """
 
     time: Array
@@ -99,7 +96,6 @@ class Drive:
     start: float = 0.0
     distance: Array | None = None
     held: tuple[bool, bool] = (False, False)
-    turned: Array | None = None
 
     @property
     def turns_as_measured(self) -> bool:
@@ -122,7 +118,6 @@ class Drive:
             measured=(speed, current, yaw_rate, torque, accel),
             road=road,
             distance=distance,
-            turned=self.turned if self.turned is None else self.turned[rows],
         )
 
 
@@ -133,6 +128,7 @@ def replay(
     *,
     substeps: int = 1,
     coarse: bool = False,
+    turned: Array | None = None,
 ) -> dict[str, Array]:
     """Run the vehicle along a log; return what it predicts at the log's rows.
 
@@ -147,6 +143,9 @@ def replay(
         Runs of the loop in place of one, to see what the time step costs.
     coarse : bool
         Take longer time steps (``COARSE``), several times as fast.
+    turned : ndarray, shape (n,), or None
+        True yaw rate at the rows, by another measurement than the gyro; NaN where not
+        known. What the gyro shows then follows from it, not from the model. [rad/s]
 
     Returns
     -------
@@ -198,10 +197,10 @@ def replay(
         K_t=float(c["K_t"]),
     )
     columns["yaw_rad"] = record.column(table, "psi")
-    if drive.turned is not None:
+    if turned is not None:
         simulated = columns["yaw_rate_radps"]
-        known = np.isfinite(drive.turned)
-        columns["yaw_rate_radps"] = np.where(known, drive.turned, simulated)
+        known = np.isfinite(turned)
+        columns["yaw_rate_radps"] = np.where(known, turned, simulated)
     seen = sensed_columns(vehicle, columns)
     seen["time_s"] = drive.time + drive.start
     return seen
@@ -364,9 +363,9 @@ def _whole(log: Trace, time: Array, column: str) -> Array:
     return values if known.all() else np.interp(time, time[known], values[known])
 
 
-def distance_of(time: Array, speed: Array) -> Array:
-    """Distance [m] from the first row, from speeds [m/s] at the rows."""
-    steps = 0.5 * (speed[1:] + speed[:-1]) * np.diff(time)
+def integral_of(time: Array, rate: Array) -> Array:
+    """Way since the first row, from rates at the rows: m from m/s, rad from rad/s."""
+    steps = 0.5 * (rate[1:] + rate[:-1]) * np.diff(time)
     return np.concatenate([[0.0], np.cumsum(steps)])
 
 
@@ -379,7 +378,7 @@ def _road(
     if not surveyed and stated is None:
         return (np.zeros(1), np.zeros(1)), None
     v = np.where(np.isfinite(speed), speed, 0.0)
-    distance = np.maximum.accumulate(distance_of(time, v))
+    distance = np.maximum.accumulate(integral_of(time, v))
     if stated is not None:
         return stated, distance
     if has(log, "slope"):

@@ -1,7 +1,5 @@
 """Commands that hold between rows, and commands that run straight."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -54,9 +52,9 @@ def test_a_gyro_is_held_against_the_heading_where_that_was_measured():
     columns = {"time_s": t, "steer_cmd_rad": 0.1 * np.sin(t), "speed_mps": 0 * t + 2}
     late = car({"sensor_delay": {"yaw_rate_delay_s": 0.1}})
     true = np.where(t < 6, 3.0 * np.cos(t), np.nan)
-    drive = replace(drive_of(Trace(columns), car()), turned=true)
-    out = replay(late, drive)["yaw_rate_radps"]
+    drive = drive_of(Trace(columns), car())
+    out = replay(late, drive, turned=true)["yaw_rate_radps"]
     seen = (t > 0.2) & (t < 5.9)
     np.testing.assert_allclose(out[seen], 3 * np.cos(t - 0.1)[seen], atol=1e-3)
-    model = replay(late, replace(drive, turned=None))["yaw_rate_radps"]
+    model = replay(late, drive)["yaw_rate_radps"]
     np.testing.assert_allclose(out[t > 6.2], model[t > 6.2])

@@ -6,8 +6,12 @@ from rcc_sim.physics.effect import Effect, Param
 
 @jit
 def road_load_force(v_x, a, b, c):
-    """Certified force A + B v + C v² [N] of a rolling vehicle at v_x [m/s]."""
-    return a + b * v_x + c * v_x * v_x
+    """Certified force A + B v + C v² [N] of a rolling vehicle at v_x [m/s].
+
+    Never less than nothing: a fit with a negative part must not push.
+    """
+    force = a + b * v_x + c * v_x * v_x
+    return 0.5 * (force + abs(force))
 
 
 EFFECT = Effect(
