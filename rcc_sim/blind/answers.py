@@ -69,6 +69,8 @@ def answer(
     row["over_file"] = _parameters(causes, label.get("over_file", {}))
     if label["kind"] in ("single", "pair"):
         row |= _fresh(result.get("fresh", {}))
+        if "gap_by_chance_percent" in label.get("fresh", {}):
+            row["fresh_chance_percent"] = abs(label["fresh"]["gap_by_chance_percent"])
     if label["kind"] == "unknown":
         row["where"] = _windows(diagnosis, label)
     row["profiles"] = _profiles(name, label, out)

@@ -274,6 +274,9 @@ def _recorded(
         windows[part] = acting(time, rows[:, 9]) if kind == "unknown" else []
         energy[part] = books["battery"] / 3600.0
         distance[part] = float(rows[-1, 8])
+        if part == "fresh":
+            level = _read(fine(p, smooth(d), family)[0], family, effects)
+            chance = by_chance(time, level, read)
     hidden = {HIDES[w.effect] for w in effects if w.effect in HIDES}
     if kind == "unknown" and not windows["log"]:
         raise Unfit
@@ -286,7 +289,11 @@ def _recorded(
         "nats_beyond_tolerances": {k: round(v, 1) for k, v in nats.items()},
         "energy_wh": energy["log"],
         "distance_m": distance["log"],
-        "fresh": {"energy_wh": energy["fresh"], "distance_m": distance["fresh"]},
+        "fresh": {
+            "energy_wh": energy["fresh"],
+            "distance_m": distance["fresh"],
+            "gap_by_chance_percent": chance,
+        },
         "base": at.car.name,
         "surveyed": at.surveyed,
         "hilly": bool(np.any(at.road.slope)),
@@ -295,6 +302,19 @@ def _recorded(
         "pulls_in_sds": {k: round(v, 2) for k, v in at.pulls.items()},
     }
     return Case(vehicle_text(name, at.file, hidden), logs, label)
+
+
+def by_chance(time: Array, level: Array, read: dict[str, Array]) -> float:
+    """Return the energy gap that the true car itself leaves, its road taken as smooth.
+
+    It is what a rough road and the sensors' offsets add, which no model foresees. [%]
+    """
+    names = "battery_voltage_v", "battery_current_a"
+    volts, amps = (level[:, sensors.SENSORS["rc"][c].place] for c in names)
+    true = np.trapezoid(volts * amps, time)
+    volts, amps = (read[c] for c in names)
+    measured = np.trapezoid(volts * amps, time)
+    return float(np.round(100 * (measured - true) / measured, 3))
 
 
 def over_file(at: Setting, effects: Sequence[Withheld]) -> dict[str, dict[str, float]]:

@@ -103,6 +103,14 @@ def summary(rows: Sequence[Row]) -> dict[str, Any]:
         "fresh_energy_shrank": share(
             [b < max(GONE, a / 3) for a, b in energy if a > THERE]
         ),
+        "fresh_energy_by_chance": share(
+            [
+                r["fresh_chance_percent"] < max(GONE, r["fresh_energy_percent"][0] / 3)
+                for r in acting
+                if "fresh_chance_percent" in r
+                and r.get("fresh_energy_percent", [0.0])[0] > THERE
+            ]
+        ),
     }
     return {
         "shares": {k: s.document() for k, s in shares.items()},
@@ -147,6 +155,9 @@ def spreads(
         "parameter_error_over_file": spread(errors("over_file")),
         "fresh_energy_before_percent": spread([e[0] for e in energy]),
         "fresh_energy_after_percent": spread([e[1] for e in energy]),
+        "fresh_energy_by_chance_percent": spread(
+            [r["fresh_chance_percent"] for r in acting if "fresh_chance_percent" in r]
+        ),
         "fresh_explained": spread(explained),
         "tie_size": spread([1.0 + len(t) for r in rows for t in r.get("ties", [])]),
         "seconds": spread([r["seconds"] for r in rows if r["seconds"] is not None]),

@@ -33,6 +33,12 @@ CHANNELS = (
 )
 """Columns by which model and log are compared, where the log has them."""
 
+SINCE_BRAKING, SINCE_STANDING = "since_braking_s", "since_standing_s"
+
+BRAKED, SLIGHT = 1.0, 0.02
+"""Time over which a torque that slows the car is a mean, and share of the largest that
+it must be: less is noise of the speed. Of the top speed: at less it stands. [s]"""
+
 LATERAL = ("yaw_rate_radps", TURN_RATE, "accel_y_mps2")
 
 RECALLS = (0.2, 1.0)
@@ -180,6 +186,10 @@ class Problem:
         """Return what a profile may run along: distance, speed, a column of the log."""
         if name == "distance_m":
             return self.distance
+        if name == SINCE_BRAKING:
+            return self.since(self.braking)
+        if name == SINCE_STANDING:
+            return self.since(self.standing)
         if name == "speed_mps" and not self.drive.imposed:
             # the model's: a coordinate must not know a reading's noise
             return np.abs(np.nan_to_num(self.nominal["speed_mps"]))
@@ -190,6 +200,28 @@ class Problem:
         """Distance from the start of the log. [m]"""
         distance = integral_of(self.drive.time, self._speed)
         return distance if self.charge is None else self.charge.means(distance)
+
+    @property
+    def braking(self) -> NDArray[np.bool_]:
+        """Rows at which motor or brakes slow the nominal model."""
+        torque = np.nan_to_num(self.nominal["motor_torque_nm"])
+        row = float(np.median(np.diff(self.log["time_s"])))
+        rows = max(round(BRAKED / row), 1)
+        mean = np.convolve(torque, np.full(rows, 1 / rows), "same")
+        return np.asarray(mean < -SLIGHT * np.abs(torque).max())
+
+    @property
+    def standing(self) -> NDArray[np.bool_]:
+        """Rows at which the vehicle stands again."""
+        stands = self.speed < SLIGHT * self.speed.max()
+        return np.asarray(stands & np.logical_or.accumulate(~stands))
+
+    def since(self, event: NDArray[np.bool_]) -> Array:
+        """Logarithm of 1 and the seconds since some rows; long, before the first."""
+        time = self.log["time_s"]
+        last = np.maximum.accumulate(np.where(event, time, -inf))
+        since: Array = np.log1p(np.minimum(time - last, time[-1] - time[0]))
+        return since
 
     @cached_property
     def unsure(self) -> list[Array]:

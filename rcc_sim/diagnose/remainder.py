@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from rcc_sim.diagnose.engine import MEMORY, Engine, Fit
 from rcc_sim.diagnose.noise import log_density
-from rcc_sim.diagnose.problem import LATERAL
+from rcc_sim.diagnose.problem import LATERAL, SINCE_BRAKING, SINCE_STANDING
 from rcc_sim.diagnose.profile import Probe, Profile, overlap, probe_size
 
 Array = NDArray[np.float64]
@@ -35,11 +35,16 @@ FOLLOWS = {
     "time_s": (25, 40),
     "speed_mps": (16,),
     "steer_cmd_rad": (16,),
+    SINCE_BRAKING: (12, 24),
+    SINCE_STANDING: (12, 24),
 }
 """What it may follow, and by how many knots."""
 
-CHANGES = (4, 8, 16)
-"""Knots by which a cause that was taken as constant may change with time."""
+MODELLED = ("speed_mps", SINCE_BRAKING, SINCE_STANDING)
+"""Those of them that the model knows where the log has no such column."""
+
+CHANGES = {"time_s": (4, 8, 16), SINCE_BRAKING: (12,), SINCE_STANDING: (12,)}
+"""What a cause that was taken as constant may change with, and by how many knots."""
 
 BURST, BURST_ROWS = 1.0, 20
 """Shortest window [s], and fewest rows, in which cornering may be restless."""
@@ -131,7 +136,7 @@ def remainder(
     for name, figures in (constant or {}).items():
         for knob in (k for k in fit.knobs if k.key in figures):
             probe = Probe(engine, fit, knob.key, knob.inward(fit.values[knob.key]))
-            each.append(likeliest_of(probe, name, {"time_s": CHANGES}))
+            each.append(likeliest_of(probe, name, CHANGES))
     best = max(each, key=lambda r: r.evidence)
     return replace(best, rivals=tuple(each))
 
@@ -143,7 +148,7 @@ def likeliest_of(
     best = Remainder(0.0, name, "", [], shares=probe.shares)
     for i, problem in enumerate(probe.engine.problems):
         for along, counts in follows.items():
-            if along != "speed_mps" and along not in problem.log:
+            if along not in MODELLED and along not in problem.log:
                 continue
             x = problem.coordinate(along)
             most = max(counts)

@@ -35,6 +35,7 @@ from rcc_sim.diagnose.verdict import (
     INTERVAL,
     Asserted,
     estimates,
+    is_steady,
     probability,
     ranking,
     standing,
@@ -268,11 +269,14 @@ def diagnose(
     able = candidates_for(problems, candidates, withheld)
     found = compete(engine, able, told)
     told("what is left")
-    constant = {c.effect: c.keys for c in found.causes if not c.profiles}
-    left = remainder(found.engine, found.fit, constant)
-    causes = standing(found.causes, left, found.fit)
+    left = remainder(found.engine, found.fit, constant(found.causes))
+    causes = [c for c in found.causes if is_steady(c, left)]
     fit, acting = found.fit, found.engine
     if len(causes) < len(found.causes):
+        fit, acting = _only(engine, found, fit, causes)
+        left = remainder(acting, fit, constant(causes))
+    named, causes = causes, standing(causes, left, fit)
+    if len(causes) < len(named):
         fit, acting = _only(engine, found, fit, causes)
         left = max(left, remainder(acting, fit), key=lambda r: r.evidence)
     told("what these logs cannot tell apart")
@@ -326,6 +330,11 @@ def problem_of(log: Trace, vehicle: Vehicle) -> Problem:
         return Problem(vehicle, log, drive)
     log = Trace({**log.columns, TURN_RATE: turn.since}, name=log.name)
     return Problem(vehicle, log, drive, turned=turn.at)
+
+
+def constant(causes: Sequence[Cause]) -> dict[str, tuple[str, ...]]:
+    """Return the figures of the causes that were taken as constant, by effect."""
+    return {c.effect: c.keys for c in causes if not c.profiles}
 
 
 def _only(

@@ -87,8 +87,14 @@ def standing(causes: Sequence[Cause], left: Remainder, fit: Fit) -> list[Cause]:
         c
         for c in now
         if left.against(c.effect, c.shares) <= most_left(c.gain, left)
-        and left.change_of(c.effect) <= max(UNSTEADY * c.gain, UNSTEADY_ENOUGH)
+        and is_steady(c, left)
     ]
+
+
+def is_steady(cause: Cause, left: Remainder) -> bool:
+    """Tell whether a cause that was taken as constant acts all the time."""
+    most = max(UNSTEADY * cause.gain, UNSTEADY_ENOUGH)
+    return left.change_of(cause.effect) <= most
 
 
 def most_left(gain: float, left: Remainder) -> float:

@@ -40,14 +40,20 @@ def label(kind, magnitudes=None, **more):
     } | more
 
 
+def by_chance(percent):
+    return {"gap_by_chance_percent": percent}
+
+
 def fresh(before, after):
     gap = {"energy": {"gap_percent": before}}
     return {"before": gap, "after": {"energy": {"gap_percent": after}}}
 
 
 LABELS = {
-    "a": label("single", {"payload": {"mass_kg": 1.0}}),
-    "b": label("single", {"rolling_resistance": {"coefficient": 0.02}}),
+    "a": label("single", {"payload": {"mass_kg": 1.0}}, fresh=by_chance(-3.7)),
+    "b": label(
+        "single", {"rolling_resistance": {"coefficient": 0.02}}, fresh=by_chance(4.1)
+    ),
     "c": label("single", {"steering_gain": {"gain": 1.2}}),
     "d": label(
         "pair",
@@ -115,6 +121,7 @@ def test_shares_are_counted_as_by_hand(scored):
         "unknown_falsely_named": (1, 2),
         "interval_coverage": (1, 2),
         "fresh_energy_shrank": (1, 2),
+        "fresh_energy_by_chance": (1, 2),
     }
 
 
@@ -123,6 +130,7 @@ def test_parameter_errors_shrink_and_windows_are_as_by_hand(scored):
     spreads = document["spreads"]
     assert spreads["parameter_error"]["median"] == pytest.approx(0.05)  # 0.1 and 0
     assert spreads["fresh_energy_after_percent"]["median"] == pytest.approx(1.9)
+    assert spreads["fresh_energy_by_chance_percent"]["median"] == pytest.approx(3.9)
     assert spreads["seconds"]["median"] == 2.0
     # g: 5 s of 10 flagged are right; 5 of 20 found; 5 of 25 either. h flags nothing.
     rows = {row["case"]: row for row in document["rows"]}
