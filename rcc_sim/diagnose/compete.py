@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from rcc_sim.diagnose.candidates import Candidate
 from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.detect import least_seen
-from rcc_sim.diagnose.engine import Engine, Fit
+from rcc_sim.diagnose.engine import MEMORY, Engine, Fit
 from rcc_sim.diagnose.knobs import nuisance_knobs
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.profile import (
@@ -43,13 +43,12 @@ Of 200 drives of the blind plant without a cause, 4 had a candidate that gained 
 all over the log (`rccsim blind make --kinds null --cases 200 --seed 9001`).
 """
 
-PROFILE_ENOUGH = {
-    "effects.road_grade.slope": 60.0,
-    "effects.auxiliary_load.power_w": 30.0,
-}
-"""Nats that a profile must gain. Of 264 drives of the blind plant without a cause, 6
-had a slope that gained 46 to 69 (a rough road is a force, too), and none a load that
-gained more than 26. It must beat a constant by half of this. One that is weighed
+PROFILE_ENOUGH, BRISK_ENOUGH = 60.0, 30.0
+"""Nats that a profile must gain; and a load that changes within twice the time that
+noise remembers, which nothing that is slow by chance looks like. Of 264 drives of the
+blind plant without a cause, 6 had a slope that gained 46 to 69 (a rough road is a
+force, too), none a load that gained more than 26, and none of the 140 short ones a
+load that gained 1. It must beat a constant by half of this. One that is weighed
 together with a sensor's drift needs no more than a constant cause: noise alone gained
 10 once in 100 draws."""
 
@@ -305,7 +304,11 @@ def profile_cause(engine: Engine, fit: Fit, named: set[str]) -> Cause | None:
 
 def enough_of(profile: Profile) -> float:
     """Nats that a profile must gain."""
-    return ENOUGH if profile.beside_drift else PROFILE_ENOUGH[profile.key]
+    if profile.beside_drift:
+        return ENOUGH
+    apart = profile.knots[1] - profile.knots[0]
+    brisk = profile.along == "time_s" and apart < 2 * MEMORY
+    return BRISK_ENOUGH if brisk else PROFILE_ENOUGH
 
 
 def finer(problem: Problem) -> list[int]:

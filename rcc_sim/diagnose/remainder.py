@@ -94,9 +94,13 @@ class Remainder:
         """Nats of what is left in the tracks in which a cause shows itself.
 
         An unknown power is an auxiliary load that varies, and does not speak against
-        one.
+        one. Nor does what chance may leave, beside something real.
         """
-        rivals = [r for r in self.rivals if ITSELF.get(effect) != r.acts_as]
+        rivals = [
+            r
+            for r in self.rivals
+            if ITSELF.get(effect) != r.acts_as and r.is_real == self.is_real
+        ]
         return max((r.evidence * overlap(r.shares, shares) for r in rivals), default=0)
 
     def change_of(self, effect: str) -> float:
@@ -136,7 +140,9 @@ def remainder(
     for name, figures in (constant or {}).items():
         for knob in (k for k in fit.knobs if k.key in figures):
             probe = Probe(engine, fit, knob.key, knob.inward(fit.values[knob.key]))
-            each.append(likeliest_of(probe, name, CHANGES))
+            changes = (likeliest_of(probe, name, {x: n}) for x, n in CHANGES.items())
+            # a moment after braking no torque is told well: that has to be real
+            each += [r for r in changes if r.follows == "time_s" or r.is_real]
     best = max(each, key=lambda r: r.evidence)
     return replace(best, rivals=tuple(each))
 

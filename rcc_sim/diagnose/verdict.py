@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import exp, hypot, inf, log
 
+import numpy as np
+
 from rcc_sim.definitions.figure import Z_90
 from rcc_sim.diagnose.candidates import STEPPED
 from rcc_sim.diagnose.cause import Cause
@@ -13,6 +15,7 @@ from rcc_sim.diagnose.compete import ENOUGH, Explanation, shares_of
 from rcc_sim.diagnose.engine import Fit
 from rcc_sim.diagnose.remainder import UNKNOWN_ENOUGH, Remainder
 from rcc_sim.diagnose.screen import CLOSER, TICK
+from rcc_sim.physics.effects import EFFECTS
 from rcc_sim.units import unit_of
 
 WITHDRAWN = 0.2
@@ -103,7 +106,7 @@ def most_left(gain: float, left: Remainder) -> float:
     A weak remainder only where it is likelier than the cause itself.
     """
     if left.is_real:
-        return max(WITHDRAWN * gain, UNKNOWN_ENOUGH)
+        return WITHDRAWN * gain
     return max(gain, ENOUGH)
 
 
@@ -176,9 +179,11 @@ def resolution(key: str, value: float, row: float) -> float:
 def _of_profile(fit: Fit, key: str, cause: Cause, stated: float) -> Estimate:
     """Mean of a profile and what it acts on top of: fitted, else as the file states."""
     profile = next(iter(cause.profiles.values()))
+    least, most = EFFECTS[cause.effect].param(key.rpartition(".")[2]).bounds
     mean = float(profile.value.mean()) + fit.values.get(key, stated)
     sd = INTERVAL * profile.mean_sd
-    return Estimate(mean, mean - Z_90 * sd, mean + Z_90 * sd, sd)
+    value, low, high = np.clip([mean, mean - Z_90 * sd, mean + Z_90 * sd], least, most)
+    return Estimate(float(value), float(low), float(high), sd)
 
 
 def ranking(

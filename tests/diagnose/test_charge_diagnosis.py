@@ -65,6 +65,17 @@ def test_a_profile_acts_on_top_of_what_was_fitted_else_stated(fitted):
     assert figure["power_w"].value == 1000 + fitted.get(key, 450.0)
 
 
+def test_the_interval_of_a_profiles_mean_ends_where_its_effect_does():
+    key, knots = "effects.auxiliary_load.power_w", np.arange(4.0)
+    profile = Profile(
+        key, "time_s", knots, np.full(4, 200.0), knots, 99.0, mean_sd=500.0
+    )
+    cause = Cause("auxiliary_load", (key,), 99.0, 0.0, profiles={0: profile})
+    figure = estimates(Fit({}, (), 0.0, 0.0, [], []), cause, {})["power_w"]
+    assert (figure.value, figure.low) == (200.0, 0.0)
+    assert figure.high > 200.0
+
+
 def test_a_knob_that_was_pulled_away_gives_a_profile_its_part_back():
     rows, sd = 400, 0.1
     A, J = np.ones((rows, 1)), np.ones((rows, 1))
