@@ -13,7 +13,7 @@ from rcc_sim.diagnose.candidates import STEPPED
 from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.compete import ENOUGH, Explanation, shares_of
 from rcc_sim.diagnose.engine import Fit
-from rcc_sim.diagnose.remainder import UNKNOWN_ENOUGH, Remainder
+from rcc_sim.diagnose.remainder import Remainder
 from rcc_sim.diagnose.screen import CLOSER, TICK
 from rcc_sim.physics.effects import EFFECTS
 from rcc_sim.units import unit_of
@@ -203,7 +203,7 @@ def ranking(
     if not sure:
         beyond = {e: min(x, 0.0) for e, x in beyond.items()}
     beyond = {e: x - SOFT * log(len(gains)) for e, x in beyond.items()}
-    beyond |= {"unknown": left.evidence - UNKNOWN_ENOUGH, "none": 0.0}
+    beyond |= {"unknown": left.evidence - left.enough, "none": 0.0}
     if status == "unexplained":
         beyond["unknown"] = max(beyond["unknown"], ENOUGH)
     likeliest = max(beyond.values())

@@ -6,6 +6,8 @@ from rcc_sim.units import SUFFIXES, unit_of
 
 TITLES = {
     "time_s": "Time",
+    "since_braking_s": "Time since braking",
+    "since_standing_s": "Time since standing",
     "distance_m": "Distance",
     "speed_mps": "Speed",
     "speed_ref_mps": "Speed reference",
