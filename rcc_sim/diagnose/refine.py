@@ -181,9 +181,11 @@ def bent(
     worth = [
         r for r in found if r.promised[0] > max(least, 2 * gained[r.candidate.effect])
     ]
-    pairs = []
+    pairs: list[tuple[Screened, Fit]] = []
     for r in sorted(worth, key=lambda r: -r.promised[0])[:FOLLOWED]:
-        key = r.promised[1]
+        most, key = r.promised
+        if any(most < moved.gain for moved, _ in pairs):
+            break  # what did better than this promises may well be its twin
         neutral = next(s.neutral for s in r.candidate.searches if s.key == key)
         mine = effect_knobs(replace(r, values={key: fit.values.get(key, neutral)}))
         knobs = [k for k in fit.knobs if k.key != key] + mine
