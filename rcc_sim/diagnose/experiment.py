@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import isfinite, log
+from math import log
 
 from rcc_sim.diagnose.bench import Bench, Nats
 from rcc_sim.diagnose.engine import Engine, Fit
+from rcc_sim.diagnose.knobs import neutral_of
 from rcc_sim.diagnose.menu import Run
 from rcc_sim.diagnose.ties import Rival
 from rcc_sim.diagnose.verdict import Asserted
 from rcc_sim.errors import InputError
-from rcc_sim.physics.effects import EFFECTS
 
 MOST = 4
 """Hypotheses of a tie that are told apart: the likeliest."""
@@ -115,13 +115,6 @@ def is_wide(asserted: Asserted, fit: Fit) -> bool:
         if 0.5 * (figure.high - figure.low) > WIDE * departs:
             return True
     return False
-
-
-def neutral_of(key: str) -> float:
-    """Value of a figure at which its effect vanishes; 0 where that is infinite."""
-    _, name, param = key.split(".")
-    neutral = EFFECTS[name].param(param).neutral if name in EFFECTS else 0.0
-    return neutral if isfinite(neutral) else 0.0
 
 
 def best_of(

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import inf
+from math import inf, isfinite
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.definitions.figure import Z_90
 from rcc_sim.diagnose.problem import Problem
+from rcc_sim.physics.effects import EFFECTS
 
 Array = NDArray[np.float64]
 
@@ -154,6 +155,13 @@ def bias_key(log: int, column: str) -> str:
 def figures_of(values: Mapping[str, float]) -> dict[str, float]:
     """Return the figures of the vehicle, the sensors' offsets left out."""
     return {k: x for k, x in values.items() if not k.startswith(BIAS)}
+
+
+def neutral_of(key: str) -> float:
+    """Value of a figure at which its effect vanishes; 0 where that is infinite."""
+    _, name, param = key.split(".")
+    neutral = EFFECTS[name].param(param).neutral if name in EFFECTS else 0.0
+    return neutral if isfinite(neutral) else 0.0
 
 
 def calm_noise(x: Array) -> float:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.diagnose.engine import Engine, Fit
+from rcc_sim.diagnose.knobs import neutral_of
 from rcc_sim.diagnose.noise import Whitener, log_likelihood, weights
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.units import unit_of
@@ -141,7 +142,7 @@ class Probe:
         base = fit.values.get(key)
         if base is None:
             figure = engine.problems[0].vehicle.figures().get(key)
-            base = figure.value if figure else 0.0
+            base = figure.value if figure else neutral_of(key)
         start = engine.residuals(fit.values, coarse=True)
         moved = engine.residuals({**fit.values, key: base + size}, coarse=True)
         pairs = zip(moved, start, strict=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -20,22 +20,28 @@ UNKNOWN_ENOUGH = 40.0
 """Nats beyond which a remainder is a real one: of 200 drives of the blind plant without
 a cause some 2 % leave more, and 5 % more than 30."""
 
-AFTER_ENOUGH = 30.0
-"""The same for what follows the time since braking or a stop, which a rough road knows
-nothing of: of 274 such drives none had one that gained more than 21."""
+AFTER_ENOUGH, LATERAL_ENOUGH = 30.0, 15.0
+"""The same for what follows the time since braking or a stop, and for a grip or an
+angle that changes, of which a rough road knows nothing: of 264 such drives none had
+one that gained more than 21, or more than 3."""
 
 CARRIERS = {
     "drag": ("effects.drivetrain_friction.torque_nm", "effects.road_load.a_n"),
     "power": ("effects.auxiliary_load.power_w",),
     "steer": ("effects.steering_offset.angle_rad",),
+    "grip": ("effects.front_cornering_stiffness.scale",),
 }
-"""How something unknown may act: as a drag, a power, an angle of the wheels; and the
-figure by which the model is made to do so (the second, where a file states it)."""
+"""How something unknown may act: as a drag, a power, an angle of the wheels, a grip
+that changes; and the figure by which the model is made to do so (the second, where a
+file states it)."""
+
+CORNERING = ("steer", "grip")
+"""Those of them that show in cornering alone."""
 
 ITSELF = {"auxiliary_load": "power"}
 """Effect -> the way of acting that is its own."""
 
-FOLLOWS = {
+FOLLOWS: dict[str, tuple[int, ...]] = {
     "time_s": (25, 40),
     "speed_mps": (16,),
     "steer_cmd_rad": (16,),
@@ -47,6 +53,9 @@ FOLLOWS = {
 AFTER = (SINCE_BRAKING, SINCE_STANDING)
 MODELLED = ("speed_mps", *AFTER)
 """Those of them that the model knows where the log has no such column."""
+
+GRIPS = {"time_s": (40, 120), "speed_mps": (16,), "steer_cmd_rad": (16,)}
+"""What a grip may follow: a patch is short, and no noise of cornering is slow."""
 
 CHANGES = {"time_s": (4, 8, 16), SINCE_BRAKING: (12,), SINCE_STANDING: (12,)}
 """What a cause that was taken as constant may change with, and by how many knots."""
@@ -125,7 +134,14 @@ class Remainder:
     @property
     def enough(self) -> float:
         """Nats that chance may leave."""
+        if self.acts_as in CORNERING and self.profile is not None:
+            return LATERAL_ENOUGH
         return AFTER_ENOUGH if self.follows in AFTER else UNKNOWN_ENOUGH
+
+
+def clearest(rivals: Iterable[Remainder]) -> Remainder:
+    """Return the likeliest of those that are real, else of all."""
+    return max(rivals, key=lambda r: (r.is_real, r.evidence))
 
 
 def remainder(
@@ -141,11 +157,12 @@ def remainder(
     tables = {key.rpartition(".")[0] for key in known}
     each = []
     for name, keys in CARRIERS.items():
-        if name == "steer" and not steered:
+        if name in CORNERING and not steered:
             continue
         key = next((k for k in keys[1:] if tables & {k.rpartition(".")[0]}), keys[0])
         probe = Probe(engine, fit, key, probe_size(engine, key))
-        each.append(likeliest_of(probe, name))
+        follows = GRIPS if name == "grip" else FOLLOWS
+        each.append(likeliest_of(probe, name, follows))
     each += [bursts(engine, fit, log) for log in range(len(engine.problems))]
     for name, figures in (constant or {}).items():
         for knob in (k for k in fit.knobs if k.key in figures):
@@ -157,12 +174,11 @@ def remainder(
                 for r in changes
                 if r.follows == "time_s" or r.evidence > UNKNOWN_ENOUGH
             ]
-    best = max(each, key=lambda r: r.evidence)
-    return replace(best, rivals=tuple(each))
+    return replace(clearest(each), rivals=tuple(each))
 
 
 def likeliest_of(
-    probe: Probe, name: str, follows: Mapping[str, tuple[int, ...]] = FOLLOWS
+    probe: Probe, name: str, follows: Mapping[str, tuple[int, ...]]
 ) -> Remainder:
     """Return the likeliest form of one way of acting."""
     best = Remainder(0.0, name, "", [], shares=probe.shares)
@@ -172,7 +188,8 @@ def likeliest_of(
                 continue
             x = problem.coordinate(along)
             most = max(counts)
-            if along == "time_s":  # no finer than the noise remembers
+            if along == "time_s" and follows is not GRIPS:
+                # no finer than the noise remembers
                 most = max(int((x[-1] - x[0]) / MEMORY) + 1, counts[0])
             tried = [probe.profile(i, along, x, n) for n in counts if n <= most]
             profile = max(tried, key=lambda p: p.evidence)

@@ -27,7 +27,7 @@ from rcc_sim.diagnose.hold_out import Shrink, halves, hold_out, shrink_of
 from rcc_sim.diagnose.knobs import BIAS, RADIUS, Knob, figures_of
 from rcc_sim.diagnose.prices import Prices, prices
 from rcc_sim.diagnose.problem import Problem, by_charge
-from rcc_sim.diagnose.remainder import Remainder, remainder
+from rcc_sim.diagnose.remainder import Remainder, clearest, remainder
 from rcc_sim.diagnose.sums import with_all_figures
 from rcc_sim.diagnose.ties import settled
 from rcc_sim.diagnose.verdict import (
@@ -278,7 +278,7 @@ def diagnose(
     named, causes = causes, standing(causes, left, fit)
     if len(causes) < len(named):
         fit, acting = _only(engine, found, fit, causes)
-        left = max(left, remainder(acting, fit), key=lambda r: r.evidence)
+        left = clearest((left, remainder(acting, fit)))
     told("what these logs cannot tell apart")
     known = settled(acting, fit, causes, able)
     if known.fit is not fit:

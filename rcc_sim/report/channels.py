@@ -34,6 +34,15 @@ TITLES = {
 """Column -> title, in the order in which reports draw them."""
 
 
+WAYS = {
+    "drag": "a drag",
+    "power": "a power",
+    "steer": "an angle of the wheels",
+    "grip": "a grip",
+}
+"""Way of acting -> what it is."""
+
+
 def title_of(column: str) -> str:
     """Return what to call a column: its own title, else its name without the unit.
 
@@ -45,6 +54,15 @@ def title_of(column: str) -> str:
     ends = (s for s in SUFFIXES if column.endswith("_" + s))
     plain = column.removesuffix("_" + next(ends, "")).replace("_", " ").strip()
     return plain[:1].upper() + plain[1:]
+
+
+def way_of(acts_as: str) -> str:
+    """Return how something unknown acts, in words; an effect's own id for itself.
+
+    >>> way_of("steer"), way_of("rolling_resistance")
+    ('an angle of the wheels', 'a changing rolling_resistance')
+    """
+    return WAYS.get(acts_as, f"a changing {acts_as}")
 
 
 def labelled(column: str) -> str:

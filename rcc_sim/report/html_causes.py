@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from rcc_sim.report.channels import title_of
+from rcc_sim.report.channels import title_of, way_of
 from rcc_sim.report.findings import Report
 from rcc_sim.report.html_parts import (
     Column,
@@ -139,7 +139,7 @@ def _left(diagnosis: Mapping[str, Any]) -> Markup:
     text = f"{percent(left['fraction'])} of the gap beyond noise stays unexplained"
     if left.get("acts_as"):
         follows = title_of(str(left.get("follows", ""))).lower()
-        text += f"; it acts like a {left['acts_as']} that follows {follows}"
+        text += f"; it acts like {way_of(str(left['acts_as']))} that follows {follows}"
     windows = left.get("windows") or []
     if windows:
         when = ", ".join(

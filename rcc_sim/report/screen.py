@@ -12,6 +12,7 @@ from rcc_sim.analyse.gap_energy import logged_power
 from rcc_sim.analyse.gap_regimes import moving_mean
 from rcc_sim.diagnose.run import Diagnosis
 from rcc_sim.diagnose.verdict import Asserted
+from rcc_sim.report.channels import way_of
 from rcc_sim.report.html_parts import OTHERS
 from rcc_sim.report.text import figures, percent, printable, probable, sparkline
 
@@ -84,7 +85,7 @@ def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
         left = found.left
         yield (
             "LEFT",
-            f"acts as a {left.acts_as}, follows {left.follows} "
+            f"acts as {way_of(left.acts_as)}, follows {left.follows} "
             f"({left.evidence:.0f} nats)"
             + ", at " * bool(left.windows)
             + ", ".join(
