@@ -26,7 +26,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.analyse.heading import TURN_RATE, turn_rate
-from rcc_sim.diagnose.engine import Engine, Fit
+from rcc_sim.diagnose.engine import Engine
+from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import BIAS, Knob, figures_of
 from rcc_sim.diagnose.menu import (
     ON_STAND,

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from rcc_sim.diagnose.candidates import Candidate
 from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.detect import least_seen
-from rcc_sim.diagnose.engine import MEMORY, Engine, Fit
+from rcc_sim.diagnose.engine import MEMORY, Engine
+from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import nuisance_knobs
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.profile import (

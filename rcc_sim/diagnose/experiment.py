@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from math import log
 
 from rcc_sim.diagnose.bench import Bench, Nats
-from rcc_sim.diagnose.engine import Engine, Fit
+from rcc_sim.diagnose.engine import Engine
+from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import neutral_of
 from rcc_sim.diagnose.menu import Run
 from rcc_sim.diagnose.ties import Rival

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.definitions.figure import Z_90
-from rcc_sim.diagnose.engine import Engine, Fit
+from rcc_sim.diagnose.engine import Engine
+from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.noise import FREEDOM, Whitener
 
 Array = NDArray[np.float64]

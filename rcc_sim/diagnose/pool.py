@@ -30,7 +30,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.diagnose.candidates import Candidate, Search
-from rcc_sim.diagnose.engine import Engine, Fit
+from rcc_sim.diagnose.engine import Engine
+from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import BIAS, Knob
 from rcc_sim.diagnose.noise import FREEDOM, weights
 from rcc_sim.errors import InputError

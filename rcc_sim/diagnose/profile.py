@@ -15,7 +15,8 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.diagnose.engine import Engine, Fit
+from rcc_sim.diagnose.engine import Engine
+from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import neutral_of
 from rcc_sim.diagnose.noise import Whitener, log_likelihood, weights
 from rcc_sim.diagnose.problem import Problem

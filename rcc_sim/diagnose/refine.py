@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.diagnose.candidates import Candidate
-from rcc_sim.diagnose.engine import LEAPS, SETTLED, SHORTER, Engine, Fit, Tangent
+from rcc_sim.diagnose.engine import LEAPS, SETTLED, SHORTER, Engine
+from rcc_sim.diagnose.fit import Fit, Tangent
 from rcc_sim.diagnose.knobs import Knob
 from rcc_sim.diagnose.noise import Whitener
 from rcc_sim.diagnose.screen import Screen, Screened

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.diagnose.engine import MEMORY, Engine, Fit
+from rcc_sim.diagnose.engine import MEMORY, Engine
+from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.noise import log_density
 from rcc_sim.diagnose.problem import LATERAL, SINCE_BRAKING, SINCE_STANDING
 from rcc_sim.diagnose.profile import Probe, Profile, overlap, probe_size

@@ -21,8 +21,9 @@ from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.candidates import candidates_for
 from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.compete import Explanation, compete
-from rcc_sim.diagnose.engine import MEMORY, Engine, Fit
+from rcc_sim.diagnose.engine import MEMORY, Engine
 from rcc_sim.diagnose.experiment import Experiment, next_experiments
+from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.hold_out import Shrink, halves, hold_out, shrink_of
 from rcc_sim.diagnose.knobs import BIAS, RADIUS, Knob, figures_of
 from rcc_sim.diagnose.prices import Prices, prices

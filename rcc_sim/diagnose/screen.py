@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from rcc_sim.diagnose.candidates import Candidate, Search
 from rcc_sim.diagnose.detect import Shown
-from rcc_sim.diagnose.engine import Engine, Fit
+from rcc_sim.diagnose.engine import Engine
+from rcc_sim.diagnose.fit import Fit
 from rcc_sim.errors import InputError
 
 Array = NDArray[np.float64]

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.diagnose.candidates import candidates_for
-from rcc_sim.diagnose.engine import Engine, Fit
+from rcc_sim.diagnose.engine import Engine
+from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import figures_of
 from rcc_sim.diagnose.prices import with_profiles
 from rcc_sim.diagnose.screen import Screen

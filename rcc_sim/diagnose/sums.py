@@ -9,7 +9,8 @@ import numpy as np
 
 from rcc_sim.diagnose.candidates import AGGREGATES, Candidate
 from rcc_sim.diagnose.cause import Cause
-from rcc_sim.diagnose.engine import Engine, Fit
+from rcc_sim.diagnose.engine import Engine
+from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import Knob
 from rcc_sim.units import unit_of
 

@@ -8,7 +8,8 @@ from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.candidates import candidates_for
 from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.compete import compete
-from rcc_sim.diagnose.engine import Engine, Fit
+from rcc_sim.diagnose.engine import Engine
+from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.profile import Profile, freed
 from rcc_sim.diagnose.run import problem_of
 from rcc_sim.diagnose.verdict import estimates

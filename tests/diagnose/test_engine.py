@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from rcc_sim.diagnose.engine import Engine, bounded_step
+from rcc_sim.diagnose.engine import Engine
+from rcc_sim.diagnose.fit import bounded_step
 from rcc_sim.diagnose.knobs import Knob
 from rcc_sim.errors import InputError
 

@@ -7,7 +7,7 @@ import pytest
 
 from rcc_sim.diagnose.candidates import Search
 from rcc_sim.diagnose.cause import Cause
-from rcc_sim.diagnose.engine import Fit
+from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import Knob
 from rcc_sim.diagnose.noise import Whitener
 from rcc_sim.diagnose.remainder import UNKNOWN_ENOUGH, Remainder

@@ -1,0 +1,106 @@
+"""What a fit found, how residuals change with its figures, and how it steps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rcc_sim.diagnose.knobs import Knob
+from rcc_sim.diagnose.noise import Whitener
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Figures found, and what they leave.
+
+    Parameters
+    ----------
+    values : dict
+        Knob -> figure.
+    knobs : tuple of Knob
+        What could move.
+    loglik, prior : float
+        Log-likelihood of the residuals and log-prior of the figures.
+    noise : list of Whitener
+        Noise model of each track.
+    residuals : list of ndarray
+        Measured minus predicted, a track each (a channel of a log).
+    information : ndarray (k, k)
+        Curvature of the log-posterior at the figures.
+    signals : list of list of ndarray
+        d(residual)/d(knob), per knob and track.
+    """
+
+    values: dict[str, float]
+    knobs: tuple[Knob, ...]
+    loglik: float
+    prior: float
+    noise: list[Whitener]
+    residuals: list[Array]
+    information: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    signals: list[list[Array]] = field(default_factory=list)
+
+    @property
+    def score(self) -> float:
+        """Log-posterior, up to a constant."""
+        return self.loglik + self.prior
+
+    def sd(self, key: str) -> float:
+        """Standard deviation of a figure, the others being free."""
+        return float(self.sds()[[k.key for k in self.knobs].index(key)])
+
+    def sds(self) -> Array:
+        """Standard deviations of all figures, each with the others free."""
+        unit = 1 / np.sqrt(np.diag(self.information) + 1e-300)
+        scaled = self.information * np.outer(unit, unit) + 1e-10 * np.eye(len(unit))
+        spread: Array = np.sqrt(np.diag(np.linalg.inv(scaled))) * unit
+        return spread
+
+
+@dataclass(frozen=True)
+class Tangent:
+    """How residuals change with some knobs: as they are, and whitened (rows, knobs)."""
+
+    signals: list[list[Array]]
+    white: Array
+
+    def but(self, which: Sequence[int]) -> Tangent:
+        """Return it without some of the knobs."""
+        kept = [i for i in range(len(self.signals)) if i not in which]
+        return Tangent([self.signals[i] for i in kept], self.white[:, kept])
+
+    def __add__(self, other: Tangent) -> Tangent:
+        return Tangent(
+            self.signals + other.signals, np.hstack([self.white, other.white])
+        )
+
+
+def bounded_step(H: Array, g: Array, least: Mask, most: Mask) -> Array:
+    """Newton step -H⁻¹ g of figures of which some stand at their bounds.
+
+    One that the step would take out stays there, and the others go where they do best
+    without it: cut off afterwards, it would leave them half-way.
+
+    Parameters
+    ----------
+    H, g : ndarray, shapes (k, k) and (k,)
+        Curvature and slope of what is to become least.
+    least, most : ndarray of bool, shape (k,)
+        Figures at their lower and upper bounds.
+    """
+    unit = 1 / np.sqrt(np.diag(H) + 1e-300)
+    scaled = H * np.outer(unit, unit) + 1e-9 * np.eye(len(H))
+    free = np.ones(len(H), dtype=bool)
+    while True:
+        step = np.zeros(len(H))
+        step[free] = -np.linalg.solve(scaled[np.ix_(free, free)], (g * unit)[free])
+        held = (least & (step < 0)) | (most & (step > 0))
+        if not held.any():
+            return unit * step
+        free &= ~held
