@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.analyse.charge import Charge, battery_energy, charge_of
+from rcc_sim.analyse.gap_regimes import moving_mean, rows_in
 from rcc_sim.analyse.heading import TURN_RATE, turn_rate
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.physics.step import SLIP_BLEND
@@ -201,16 +202,14 @@ class Problem:
         distance = integral_of(self.drive.time, self._speed)
         return distance if self.charge is None else self.charge.means(distance)
 
-    @property
+    @cached_property
     def braking(self) -> NDArray[np.bool_]:
-        """Rows at which motor or brakes slow the nominal model."""
+        """Rows at which the nominal model's motor slows it."""
         torque = np.nan_to_num(self.nominal["motor_torque_nm"])
-        row = float(np.median(np.diff(self.log["time_s"])))
-        rows = max(round(BRAKED / row), 1)
-        mean = np.convolve(torque, np.full(rows, 1 / rows), "same")
+        mean = moving_mean(torque, rows_in(self.log["time_s"], BRAKED))
         return np.asarray(mean < -SLIGHT * np.abs(torque).max())
 
-    @property
+    @cached_property
     def standing(self) -> NDArray[np.bool_]:
         """Rows at which the vehicle stands again."""
         stands = self.speed < SLIGHT * self.speed.max()

@@ -61,5 +61,5 @@ def test_time_since_an_event_is_long_before_the_first_and_nil_while_it_lasts():
 
 def test_a_drive_that_begins_at_rest_has_not_stopped_yet():
     speed = np.array([0.0, 0.0, 5.0, 9.0, 0.05, 0.0, 4.0])
-    standing = Problem.standing.fget(SimpleNamespace(speed=speed))
+    standing = Problem.standing.func(SimpleNamespace(speed=speed))
     assert standing.tolist() == [False] * 4 + [True, True, False]
