@@ -144,6 +144,7 @@ def released(
     as a motor's lag, stays where it is; no strength on a grid comes nearer.
     """
     keys = {s.key: c for c in candidates for s in c.searches}
+    searches = {s.key: s for c in candidates for s in c.searches}
     knobs = {k.key: k for k in fit.knobs}
     found = []
     for key in (s.key for c in candidates for s in c.searches if s.grid):
@@ -160,7 +161,8 @@ def released(
         pull = (now - knob.value) / knob.sd
         if abs(pull) < TOO_FAR:
             continue
-        values = {key: now / knob.value if is_ratio else now - knob.value}
+        much = now / knob.value if is_ratio else now - knob.value
+        values = {key: min(max(much, searches[key].low), searches[key].high)}
         start = engine.evaluate(
             fit.values | values | {figure: knob.value}, fit.knobs, fit.noise
         )

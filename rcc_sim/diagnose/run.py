@@ -341,13 +341,13 @@ def constant(causes: Sequence[Cause]) -> dict[str, tuple[str, ...]]:
 def _only(
     engine: Engine, found: Explanation, fit: Fit, causes: list[Cause]
 ) -> tuple[Fit, Engine]:
-    """Fit again with the causes that stand, from the tolerances on."""
+    """Fit again with the causes that stand, from where all stood; or the tolerances."""
     mine = {k for c in causes for k in c.keys}
     acting = found.engine if any(c.profiles for c in causes) else engine
     kept = [k for k in fit.knobs if k.key in mine or np.isfinite(k.sd)]
     keys = {k.key for k in kept}
     kept += [k for k in found.null.knobs if k.key not in keys]
-    known = fit.values | found.null.values
+    known = found.null.values | fit.values if causes else found.null.values
     start = {k.key: known.get(k.key, k.value) for k in kept}
     return acting.fit(start, kept), acting
 

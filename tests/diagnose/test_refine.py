@@ -1,14 +1,16 @@
 """Candidates that stand behind tolerances which were pulled far."""
 
 from concurrent.futures import ThreadPoolExecutor
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from rcc_sim.diagnose.candidates import Candidate, Search
 from rcc_sim.diagnose.engine import Engine
+from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import Knob
-from rcc_sim.diagnose.refine import refine, screened
+from rcc_sim.diagnose.refine import refine, released, screened
 
 FACTOR = Candidate("factor", (Search("factor", 1.0, 0.1, 5.0, 1.1),))
 NOISE = 0.006
@@ -59,3 +61,20 @@ def test_an_effects_own_figure_that_was_pulled_far_is_the_effect(engine):
     assert best.gain == pytest.approx(-null.prior, rel=0.05)
     near = engine.fit({}, [Knob("stated", 1.5, 0.05)])
     assert max(r.gain for r, _ in screened(engine, near, [grid])) <= 0
+
+
+def test_a_figure_that_left_what_its_effect_may_be_is_taken_back_to_the_bound():
+    payload = "effects.payload.mass_kg"
+    lighter = Candidate("payload", (Search(payload, 0.0, -100.0, 500.0, 10.0),))
+    mass = Knob("body.mass_kg", 1500.0, 50.0)
+    fit = Fit({mass.key: 300.0}, (mass,), 0.0, 0.0, [], [])
+    seen = {}
+
+    def evaluate(values, knobs, noise):
+        seen.update(values)
+        return fit
+
+    engine = SimpleNamespace(evaluate=evaluate)
+    ((one, _),) = released(engine, fit, [lighter])
+    assert one.values == {payload: -100.0}
+    assert seen == {mass.key: 1500.0, payload: -100.0}

@@ -11,6 +11,7 @@ from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import Knob
 from rcc_sim.diagnose.noise import Whitener
 from rcc_sim.diagnose.remainder import UNKNOWN_ENOUGH, Remainder
+from rcc_sim.diagnose.run import _only
 from rcc_sim.diagnose.screen import Screen
 from rcc_sim.diagnose.verdict import (
     Asserted,
@@ -76,6 +77,19 @@ def test_a_cause_that_comes_and_goes_is_withdrawn():
     assert not stands("drivetrain_friction", 74.0, 28.0)
     assert stands("current_limit", 3883.0, 30.0)
     assert stands("auxiliary_load", 100.0, 60.0)  # it may vary
+
+
+def test_causes_that_stay_are_fitted_again_from_where_all_stood():
+    mass, load = Knob("body.mass_kg", 1500.0, 50.0), Knob("effects.payload.mass_kg", 0)
+    null = Fit({mass.key: 300.0}, (mass,), 0, 0, [], [])
+    all_of = Fit({mass.key: 1490.0, load.key: -690.0}, (mass, load), 0, 0, [], [])
+    found = SimpleNamespace(null=null, engine=None)
+    begun = []
+    engine = SimpleNamespace(fit=lambda start, knobs: begun.append(start))
+    _only(engine, found, all_of, [Cause("payload", (load.key,), 50.0)])
+    _only(engine, found, all_of, [])
+    # a load of -690 kg beside a mass of 300 kg is no vehicle
+    assert begun == [all_of.values, null.values]
 
 
 def test_what_is_left_decides_where_nothing_is_named():
