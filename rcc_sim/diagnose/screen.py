@@ -21,9 +21,6 @@ TRIES = 7
 TICK, FINER = 0.001, 9
 """Step [s], and steps to each side, by which a clock's period is found finer."""
 
-SPARSE = 6
-"""Every so many of a clock's periods are tried before the rest."""
-
 CLOSER = 1.25, 1.12, 1.06, 1.03
 """Factors by which a threshold is found finer, one after the other."""
 
@@ -141,10 +138,6 @@ class Screen:
 
     def scan(self, search: Search, held: dict[str, float]) -> tuple[float, float]:
         """Best of a grid: for thresholds, limits and clocks, which have no slope."""
-        if search.clocked:
-            some = self.best_of(search.key, search.grid[::SPARSE], held)
-            if some[0] < ANOTHER:  # its mean delay shows at any period of like size
-                return some
         best = self.best_of(search.key, search.grid, held)
         if search.clocked and best[0] > 0:
             near = best[1] + TICK * np.arange(-FINER, FINER + 1)
