@@ -53,9 +53,17 @@ SAME_FIGURE = {
     ),
     "effects.yaw_inertia.scale": ("body.yaw_inertia_kgm2", True),
     "effects.payload.mass_kg": ("body.mass_kg", False),
+    "effects.iron_loss.eddy_nms_per_rad": (
+        "effects.drivetrain_damping.damping_nms_per_rad",
+        False,
+    ),
+    "effects.iron_loss.hysteresis_torque_nm": (
+        "effects.drivetrain_friction.torque_nm",
+        False,
+    ),
 }
-"""Figure of an effect -> figure of the file that it moves, and whether by a factor."""
-
+"""Figure of an effect -> figure of the file that it moves, or acts as; and whether by a
+factor."""
 
 CLEAR = 100.0
 """Nats that a cause must gain that acts in one or two stretches alone."""
