@@ -139,7 +139,8 @@ def _sections(report: Report, charts: Charts | None) -> dict[str, Markup]:
 def _figures(report: Report) -> list[tuple[str, str, str]]:
     diagnosis = report.diagnosis
     energy = diagnosis.get("where", {}).get("energy") or {}
-    shrink = diagnosis.get("shrink") or {}
+    # where no cause stands, what shrank is what the file's sds allow
+    shrink = (diagnosis.get("shrink") or {}) if diagnosis.get("causes") else {}
     found = []
     if diagnosis.get("status"):
         status = str(diagnosis["status"])
