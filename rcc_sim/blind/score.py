@@ -5,7 +5,7 @@ from __future__ import annotations
 import operator
 import re
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from math import isfinite, nan
 from pathlib import Path
 from typing import Any
@@ -100,16 +100,13 @@ def summary(rows: Sequence[Row]) -> dict[str, Any]:
         ),
         "unknown_falsely_named": share([named_above(r, SURE) for r in kind["unknown"]]),
         "interval_coverage": share(covered),
-        "fresh_energy_shrank": share(
-            [b < max(GONE, a / 3) for a, b in energy if a > THERE]
-        ),
+        "fresh_energy_shrank": share(shrank(energy)),
         "fresh_energy_by_chance": share(
-            [
-                r["fresh_chance_percent"] < max(GONE, r["fresh_energy_percent"][0] / 3)
+            shrank(
+                (r["fresh_energy_percent"][0], r["fresh_chance_percent"])
                 for r in acting
-                if "fresh_chance_percent" in r
-                and r.get("fresh_energy_percent", [0.0])[0] > THERE
-            ]
+                if {"fresh_energy_percent", "fresh_chance_percent"} <= r.keys()
+            )
         ),
     }
     return {
@@ -127,6 +124,11 @@ def summary(rows: Sequence[Row]) -> dict[str, Any]:
 
 
 KINDS = ("single", "pair", "null", "unknown")
+
+
+def shrank(energy: Iterable[Sequence[float]]) -> list[bool]:
+    """Tell of each gap that was there before whether it is gone, or a third. [%]"""
+    return [b < max(GONE, a / 3) for a, b in energy if a > THERE]
 
 
 def _in_tie(row: Row) -> bool:

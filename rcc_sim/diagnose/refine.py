@@ -151,31 +151,31 @@ def released(
     figure goes back and the effect takes its part over. One that is the effect's own,
     as a motor's lag, stays where it is; no strength on a grid comes nearer.
     """
-    keys = {s.key: c for c in candidates for s in c.searches}
-    searches = {s.key: s for c in candidates for s in c.searches}
+    sought = {s.key: (c, s) for c in candidates for s in c.searches}
     knobs = {k.key: k for k in fit.knobs}
     found = []
-    for key in (s.key for c in candidates for s in c.searches if s.grid):
-        if key in knobs and knobs[key].sd < inf:
+    for key, (candidate, search) in sought.items():
+        if search.grid and key in knobs and knobs[key].sd < inf:
             pull = (fit.values[key] - knobs[key].value) / knobs[key].sd
             if abs(pull) > TOO_FAR:
-                one = Screened(keys[key], 0.5 * pull**2, {key: fit.values[key]})
+                one = Screened(candidate, 0.5 * pull**2, {key: fit.values[key]})
                 found.append((one, fit))
     for key, (figure, is_ratio) in SAME_FIGURE.items():
         knob = knobs.get(figure)
-        if key not in keys or knob is None or not knob.sd < inf:
+        if key not in sought or knob is None or not knob.sd < inf:
             continue
+        candidate, search = sought[key]
         now = fit.values[figure]
         pull = (now - knob.value) / knob.sd
         if abs(pull) < TOO_FAR:
             continue
         much = now / knob.value if is_ratio else now - knob.value
-        values = {key: min(max(much, searches[key].low), searches[key].high)}
+        values = {key: min(max(much, search.low), search.high)}
         start = engine.evaluate(
             fit.values | values | {figure: knob.value}, fit.knobs, fit.noise
         )
         start = replace(start, signals=fit.signals, information=fit.information)
-        found.append((Screened(keys[key], 0.5 * pull**2, values), start))
+        found.append((Screened(candidate, 0.5 * pull**2, values), start))
     return found
 
 
