@@ -28,7 +28,8 @@ def speed_loop(p, c, s, u, flow):
     if commands_nothing(omega_ref, threshold):
         s.integral = 0.0
         return 0.0
-    error = omega_ref - seen_speed(c.n * s.w, threshold)
+    change = c.n * abs(s.a_x) * p.control.T_loop
+    error = omega_ref - seen_speed(c.n * s.w, threshold, change)
     K_p = true_gain(p.control.K_p, p.speed_loop.proportional_scale)
     K_i = true_gain(p.control.K_i, p.speed_loop.integral_scale)
     integral = s.integral + K_i * error * p.control.T_loop

@@ -5,11 +5,18 @@ from rcc_sim.physics.effect import Effect, Param
 
 
 @jit
-def seen_speed(omega, threshold):
-    """Motor speed [rad/s] that the controller sees: 0 below the threshold."""
-    if abs(omega) < threshold:
+def seen_speed(omega, threshold, change):
+    """Motor speed [rad/s] that the controller sees: 0 below the threshold.
+
+    It looks once a tick, in which the speed changes by ``change`` [rad/s]; when, no
+    one knows. While the speed passes the threshold this is the mean of what it sees.
+    """
+    beyond = abs(omega) - threshold
+    if threshold == 0.0 or beyond >= 0.5 * change:
+        return omega
+    if beyond <= -0.5 * change:
         return 0.0
-    return omega
+    return omega * (0.5 + beyond / change)
 
 
 @jit
@@ -21,7 +28,8 @@ def commands_nothing(omega_ref, threshold):
 EFFECT = Effect(
     id="speed_dead_zone",
     title="dead zone of the sensorless speed loop",
-    equation="omega_seen = 0 and command 0 below the threshold",
+    equation="omega_seen = 0 and command 0 below the threshold; "
+    "in the tick that passes it, the mean of when the loop may look",
     params=(
         Param(
             "threshold_radps",
