@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Mapping, Sequence
+from math import erfc, exp, log, log1p, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.analyse.gap_channels import ChannelGap
 from rcc_sim.analyse.gap_replays import Tolerances
+from rcc_sim.jit import compiled, jit
 
 Array = NDArray[np.float64]
 
@@ -30,6 +32,10 @@ LEAST = 2.0
 
 PRECISE = 1e-3
 """How near the limit is found. [1]"""
+
+LEAST_CHANCE, NEVER = 1e-300, 6.0
+"""Chance below which there is none, and how far out in units of √2 sds noise is never:
+one window in 10¹⁶. [1]"""
 
 CAUSES = {
     "speed_mps": ("motor_torque_nm", "motor_current_a"),
@@ -102,20 +108,40 @@ def _noise(means: Array) -> float:
 
 
 def _solved(shifts: Array, noises: Array, counts: Array) -> float:
-    from scipy.special import log_ndtr, ndtr
-
     def quiet(limit: float) -> float:
-        above = ndtr((-limit - shifts) / noises) + ndtr((shifts - limit) / noises)
-        calm = np.where(above < 0.5, np.log1p(-np.minimum(above, 0.5)), 0.0)
-        loud = above >= 0.5
-        if loud.any():
-            calm[loud] = log_ndtr(-(np.abs(shifts) - limit) / noises)[loud]
-        return float(np.exp(np.clip(calm @ counts, -700, 0)).mean())
+        return float(compiled(chance_of_quiet)(shifts, noises, counts, limit))
 
     if quiet(LEAST) >= 1 - FALSE:
         return LEAST
     limits = np.linspace(LEAST, MOST, round((MOST - LEAST) / PRECISE) + 1)
     return float(limits[bisect_left(limits, 1 - FALSE, hi=len(limits) - 1, key=quiet)])
+
+
+@jit
+def chance_of_quiet(shifts, noises, counts, limit):  # type: ignore[no-untyped-def]
+    """Probability that none of n windows is beyond a limit, a mean over m draws.
+
+    ``shifts`` (m, n) is what each draw does to the windows, ``noises`` (n,) the sd of
+    their means, ``counts`` (n,) how many windows each stands for.
+    """
+    total = 0.0
+    for i in range(shifts.shape[0]):
+        log_quiet = 0.0
+        for j in range(shifts.shape[1]):
+            unit, shift = noises[j] * sqrt(2.0), abs(shifts[i, j])
+            if limit - shift > NEVER * unit:
+                continue
+            above = 0.5 * erfc((limit - shift) / unit)
+            below = 0.5 * erfc((limit + shift) / unit)
+            if above + below < 0.5:
+                log_quiet += counts[j] * log1p(-above - below)
+            else:  # what is beyond on one side is not on the other
+                inside = 0.5 * erfc((shift - limit) / unit)
+                log_quiet += counts[j] * log(max(inside, LEAST_CHANCE))
+            if log_quiet < log(LEAST_CHANCE):
+                break
+        total += exp(log_quiet)
+    return total / shifts.shape[0]
 
 
 def strongest_first(
