@@ -39,9 +39,8 @@ from rcc_sim.diagnose.menu import (
     limits_of,
     menu,
 )
-from rcc_sim.diagnose.noise import Whitener, local_range
+from rcc_sim.diagnose.noise import CURVATURE, Whitener, local_range
 from rcc_sim.diagnose.problem import Problem
-from rcc_sim.diagnose.ties import CURVATURE
 from rcc_sim.diagnose.verdict import INTERVAL
 from rcc_sim.errors import InputError
 from rcc_sim.simulate.replay import drive_of, replay
@@ -190,9 +189,10 @@ class Bench:
             )
             for b, f in tied.items()
         }
+        told = {b: Told(shared | own[b], f, run.times) for b, f in tied.items()}
         each: dict[tuple[str, str], float] = {}
         for (a, b), d in driven.apart.items():
-            nats = CURVATURE * told(d, shared | own[b], tied[b], run.times)
+            nats = CURVATURE * told[b](d)
             pair = (min(a, b), max(a, b))
             each[pair] = min(nats, each.get(pair, np.inf))
         return Nats(
@@ -216,7 +216,7 @@ class Bench:
             columns["steer_cmd_rad"] = leg.steer
         settings = at_place(self.vehicle, figures_of(fit.values), run.where, leg.back)
         first = drive_of(Trace(columns), self.vehicle, self.window)
-        out = replay(self.vehicle.changed(settings=settings), first)
+        out = replay(self.vehicle.changed(settings=settings), first, coarse=True)
         if TURN_RATE in self.channels:
             out[TURN_RATE] = turn_rate(out["time_s"], out["yaw_rad"])
         seen = {c: out[c] for c in (*self.channels, "speed_mps", "yaw_rate_radps")}
@@ -281,6 +281,8 @@ class Bench:
             k for k in wanted if not k.key.startswith(BIAS) or k.key.startswith(FIRST)
         ]
 
+        if not wanted:
+            return {}
         start = self.seen(run, logs, fit.values)
 
         def one(k: Knob) -> Array:
@@ -331,14 +333,21 @@ def precision(fit: Fit, signals: Mapping[str, Array]) -> Array:
     return P
 
 
-def told(d: Array, signals: Mapping[str, Array], fit: Fit, times: int = 1) -> float:
-    """Nats that a difference is worth, seen some times, once the figures give way."""
-    _, A = columns(fit, signals)
-    N = precision(fit, signals) + times * A.T @ A
-    g = times * (A.T @ d)
-    unit = 1 / np.sqrt(np.diag(N) + 1e-300)
-    x = np.linalg.solve(N * np.outer(unit, unit) + 1e-10 * np.eye(len(N)), g * unit)
-    return max(0.5 * float(times * (d @ d) - (g * unit) @ x), 0.0)
+class Told:
+    """Nats that differences are worth, seen some times, once the figures give way."""
+
+    def __init__(self, signals: Mapping[str, Array], fit: Fit, times: int = 1) -> None:
+        _, self.A = columns(fit, signals)
+        self.times = times
+        N = precision(fit, signals) + times * self.A.T @ self.A
+        self.unit = 1 / np.sqrt(np.diag(N) + 1e-300)
+        self.N = N * np.outer(self.unit, self.unit) + 1e-10 * np.eye(len(N))
+
+    def __call__(self, d: Array) -> float:
+        """Return the nats of one difference."""
+        g = self.times * (self.A.T @ d) * self.unit
+        x = np.linalg.solve(self.N, g)
+        return max(0.5 * float(self.times * (d @ d) - g @ x), 0.0)
 
 
 def _variance(P: Array, i: int) -> float:

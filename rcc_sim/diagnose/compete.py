@@ -130,7 +130,7 @@ def compete(
         constant = {r.candidate.effect: r.gain for r, _ in reversed(found)}
         ranking = ranking or dict(constant)
         told(f"refining cause {turn + 1}")
-        refined = refine(engine, current, likely(found, ENOUGH))
+        refined = refine(engine, current, likely(found, ENOUGH), ENOUGH)
         if not causes:
             ranking |= {r.screened.candidate.effect: r.gain for r in refined}
         best = next((r for r in refined if r.reaches(ENOUGH)), None)
@@ -151,7 +151,7 @@ def compete(
         if not (best and one) or best.trusted < needed_gain(causes, one.shares):
             break
         causes = taken_in(causes, replace(one, screened=constant))
-        current = engine.fit(best.fit.values, best.fit.knobs)
+        current = engine.fit(best.fit.values, best.fit.knobs, best.fit.noise)
         causes, current = with_all_figures(engine, current, causes, candidates)
     told("leaving out what is not needed")
     causes, current = without_idle(engine, causes, current)
@@ -216,7 +216,7 @@ def without_idle(
         eased = max(fit.prior - less.prior, 0.0)
         if fit.score - less.score + eased < ENOUGH:
             causes = [c for c in causes if c is not cause]
-            fit = engine.fit(less.values, less.knobs)
+            fit = engine.fit(less.values, less.knobs, less.noise)
     return causes, fit
 
 
@@ -274,33 +274,35 @@ def shares_of(fit: Fit, keys: Sequence[str]) -> Array:
 
 def profile_cause(engine: Engine, fit: Fit, named: set[str]) -> Cause | None:
     """Return the effect that best explains as a profile what a fit leaves, if any."""
-    best: Cause | None = None
-    for effect, (key, along) in PROFILES.items():
-        if effect not in named:
+    wanted = [effect for effect in PROFILES if effect in named]
+    tried = engine.each(lambda effect: varying(engine, fit, effect), wanted)
+    found = sorted((c for c in tried if c), key=lambda c: -c.gain)
+    if not found:
+        return None
+    return replace(found[0], rival=max((c.gain for c in found[1:]), default=0.0))
+
+
+def varying(engine: Engine, fit: Fit, effect: str) -> Cause | None:
+    """Return an effect as a profile over each log, if it hangs together."""
+    key, along = PROFILES[effect]
+    found: dict[int, Profile] = {}
+    coherence = 0.0
+    probe = Probe(engine, fit, key, probe_size(engine, key))
+    for i, problem in enumerate(engine.problems):
+        x = problem.coordinate(along)
+        tried = [probe.profile(i, along, x, n) for n in WINDOW_COUNTS]
+        found[i] = max(tried, key=lambda p: p.evidence)
+        if found[i].evidence <= enough_of(found[i]):
             continue
-        found: dict[int, Profile] = {}
-        coherence = 0.0
-        probe = Probe(engine, fit, key, probe_size(engine, key))
-        for i, problem in enumerate(engine.problems):
-            x = problem.coordinate(along)
-            tried = [probe.profile(i, along, x, n) for n in WINDOW_COUNTS]
-            found[i] = max(tried, key=lambda p: p.evidence)
-            if found[i].evidence <= enough_of(found[i]):
-                continue
-            for n in finer(problem):
-                if max(p.coherence for p in tried) >= TIED:
-                    break
-                tried.append(probe.profile(i, along, x, n))
-            coherence = max(coherence, *(p.coherence for p in tried))
-        if coherence < TIED or is_stated(engine, key, found.values()):
-            continue
-        gain = sum(p.evidence for p in found.values())
-        if best is None or gain > best.gain:
-            rival = best.gain if best else 0.0
-            best = Cause(effect, (key,), gain, rival, (), found, shares=probe.shares)
-        elif best:
-            best = replace(best, rival=max(best.rival, gain))
-    return best
+        for n in finer(problem):
+            if max(p.coherence for p in tried) >= TIED:
+                break
+            tried.append(probe.profile(i, along, x, n))
+        coherence = max(coherence, *(p.coherence for p in tried))
+    if coherence < TIED or is_stated(engine, key, found.values()):
+        return None
+    gain = sum(p.evidence for p in found.values())
+    return Cause(effect, (key,), gain, profiles=found, shares=probe.shares)
 
 
 def enough_of(profile: Profile) -> float:

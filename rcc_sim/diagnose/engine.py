@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from rcc_sim.diagnose.fit import Fit, Tangent, bounded_step
 from rcc_sim.diagnose.knobs import BIAS, Knob, figures_of
 from rcc_sim.diagnose.noise import (
+    CURVATURE,
     SHORT,
     Whitener,
     fit_whitener,
@@ -234,11 +235,19 @@ class Engine:
         alone = inside or len(many) < 2
         return list(map(do, many) if alone else self.pool.map(do, many))
 
-    def fit(self, start: dict[str, float], knobs: Sequence[Knob]) -> Fit:
-        """Maximum a posteriori under the noise that it leaves."""
-        now = self.evaluate({**{k.key: k.value for k in knobs}, **start}, knobs)
+    def fit(
+        self,
+        start: dict[str, float],
+        knobs: Sequence[Knob],
+        noise: list[Whitener] | None = None,
+    ) -> Fit:
+        """Maximum a posteriori under the noise that it leaves.
+
+        Where the noise is not known beforehand it is learnt once on the way.
+        """
+        now = self.evaluate({**{k.key: k.value for k in knobs}, **start}, knobs, noise)
         now = replace(now, signals=self.signals(now.values, now.knobs))
-        for rounds in (2, 6):
+        for rounds in (2, 6) if noise is None else (6,):
             along = self.whitened(now.signals, now.noise)
             now = self.improve(now, tangent=along, anew=BENT, rounds=rounds)
             learnt = self.learn_noise(now.residuals)
@@ -297,13 +306,17 @@ class Engine:
         return Tangent(J, white.T)
 
     def step(self, now: Fit, A: Array, rows: Mask | None = None) -> tuple[Array, Array]:
-        """Gauss-Newton step along whitened signals, and the information behind it."""
+        """Step of Fisher scoring along whitened signals, and the information behind it.
+
+        The noise follows a t-distribution: a step of least squares with its weights
+        would fall short by a fifth.
+        """
         w = self.white(now.residuals, now.noise)
         if rows is not None:
             w, A = w[rows], A[rows]
         W = weights(w)
         sd = np.array([k.sd for k in now.knobs])
-        H = (A.T * W) @ A + np.diag(1 / sd**2)
+        H = CURVATURE * (A.T * W) @ A + np.diag(1 / sd**2)
         off = np.array([(now.values[k.key] - k.value) / k.sd**2 for k in now.knobs])
         g = A.T @ (W * w) + off
         least = np.array([now.values[k.key] <= k.low for k in now.knobs])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import log
+from math import inf, log
 
 from rcc_sim.diagnose.bench import Bench, Nats
 from rcc_sim.diagnose.engine import Engine
@@ -18,8 +18,8 @@ from rcc_sim.errors import InputError
 MOST = 4
 """Hypotheses of a tie that are told apart: the likeliest."""
 
-SHOWN = 3
-"""Runs that are proposed for a tie."""
+SHOWN, AT_ONCE = 3, 4
+"""Runs that are proposed for a tie, and runs that are weighed side by side."""
 
 ENOUGH = 1.0
 """Nats below which a run is not worth proposing."""
@@ -128,13 +128,17 @@ def best_of(
     driven = [d for d in bench.engine.each(bench.drive(tied), bench.runs) if d]
     driven.sort(key=lambda d: -d.most)
     found: list[Experiment] = []
-    for one in driven:
-        if len(found) >= SHOWN and one.most <= found[SHOWN - 1].expected_nats.worth:
+    for k in range(0, len(driven), AT_ONCE):
+        least = found[SHOWN - 1].expected_nats.worth if len(found) >= SHOWN else -inf
+        worth = [d for d in driven[k : k + AT_ONCE] if d.most > least]
+        if not worth:
             break
-        nats, run = bench.nats(one, tied), one.run
-        told = {e for p in nats.pairs if p.nats > ENOUGH for e in (p.a, p.b)}
-        apart = tuple(n for n in names if n in told) or names
-        found.append(Experiment(run.words, apart, nats, run.seconds, run))
+        every = bench.engine.each(lambda d: bench.nats(d, tied), worth)
+        for one, nats in zip(worth, every, strict=True):
+            told = {e for p in nats.pairs if p.nats > ENOUGH for e in (p.a, p.b)}
+            apart = tuple(n for n in names if n in told) or names
+            run = one.run
+            found.append(Experiment(run.words, apart, nats, run.seconds, run))
         found.sort(key=lambda e: (-round(e.expected_nats.worth, 1), e.time_s))
     return [
         e

@@ -22,6 +22,9 @@ Mask = NDArray[np.bool_]
 FREEDOM = 8.0
 """Degrees of freedom of the t-distribution that whitened residuals follow."""
 
+CURVATURE = (FREEDOM + 1) / (FREEDOM + 3)
+"""Fisher information of the t-distribution about its centre, its scale being 1."""
+
 DRIFTS = (16.0, 32.0, 64.0, 128.0)
 """Times [rows] in which the drift of a sensor dies away."""
 

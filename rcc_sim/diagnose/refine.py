@@ -248,65 +248,63 @@ def likely(
 
 
 def refine(
-    engine: Engine, base: Fit, found: Sequence[tuple[Screened, Fit]]
+    engine: Engine,
+    base: Fit,
+    found: Sequence[tuple[Screened, Fit]],
+    needed: float = 0.0,
 ) -> list[Refined]:
     """Refine candidates, by the noise of the base and by that of the best; best first.
 
     The noise that the base leaves holds what it misses; that of the best candidate
-    shows the others in a sharper light. A gain counts if it holds by both.
+    shows the others in a sharper light. A gain counts if it holds by both; where none
+    by the first comes near what is needed, it is not asked for the second.
     """
     found = [(r, start) for r, start in found if r.gain > 1]
-    if not found:
+    along = engine.whitened(base.signals, base.noise)
+    fits = engine.each(
+        lambda pair: with_effect(engine, pair[1], pair[0], base.noise, along), found
+    )
+    every = []
+    for (r, _), fit in zip(found, fits, strict=True):
+        handicap = LESS_LIKELY.get(r.candidate.effect, 0.0)
+        moved = replace(r, values={k: fit.values[k] for k in r.values})
+        before, eased = fit.score - base.score - handicap, fit.prior - base.prior
+        every.append(Refined(moved, fit, before, before, eased))
+    best = max(every, key=lambda r: r.before, default=None)
+    if best is None or best.before <= 0:
         return []
-    handicap = [LESS_LIKELY.get(r.candidate.effect, 0.0) for r, _ in found]
+    close = [r for r in every if r.before > FAR_BEHIND * best.before]
+    if any(r.trusted + max(r.eased, TIED) >= needed for r in close):
+        close = by_its_noise(engine, base, close, best)
+    close.sort(key=lambda r: -r.gain)
+    names = [r.screened.candidate.effect for r in close]
+    return plainest_first([r for i, r in enumerate(close) if names[i] not in names[:i]])
 
-    def by(noise: list[Whitener], pairs: Sequence[tuple[Screened, Fit]]) -> list[Fit]:
-        along = engine.whitened(base.signals, noise)
 
-        def one(pair: tuple[Screened, Fit]) -> Fit:
-            return with_effect(engine, pair[1], pair[0], noise, along)
-
-        return engine.each(one, pairs)
-
-    fits = by(base.noise, found)
-    before = [f.score - base.score - h for f, h in zip(fits, handicap, strict=True)]
-    noise = engine.learn_noise(fits[int(np.argmax(before))].residuals)
+def by_its_noise(
+    engine: Engine, base: Fit, found: Sequence[Refined], best: Refined
+) -> list[Refined]:
+    """Refine candidates on, by the noise that the best of them leaves."""
+    noise = engine.learn_noise(best.fit.residuals)
     again = engine.evaluate(base.values, base.knobs, noise)
     along = engine.whitened(base.signals, noise)
     again = engine.improve(again, tangent=along, rounds=3)
-    best = max(before)
-    if best <= 0:
-        return []
-    every = zip(found, fits, handicap, before, strict=True)
-    close = [one for one in every if one[3] > FAR_BEHIND * best]
-    moved = [
-        (
-            replace(r, values={k: f.values[k] for k in r.values}),
-            replace(f, knobs=base.knobs, signals=base.signals),
-        )
-        for (r, _), f, _, _ in close
-    ]
-    handicap, before = [one[2] for one in close], [one[3] for one in close]
-    fits = by(noise, moved)
-    top = int(np.argmax(before))
-    if fits[top].score - again.score < before[top]:
-        # its signals have bent on the way: find them anew
-        fits[top] = engine.improve(fits[top], rounds=4)
-    after = [f.score - again.score - h for f, h in zip(fits, handicap, strict=True)]
-    columns = zip(
-        (r for r, _ in moved),
-        fits,
-        before,
-        after,
-        (f.prior - again.prior for f in fits),
-        (steady(engine.gains(again, f)) for f in fits),
-        strict=True,
-    )
-    refined = sorted((Refined(*one) for one in columns), key=lambda r: -r.gain)
-    names = [r.screened.candidate.effect for r in refined]
-    return plainest_first(
-        [r for i, r in enumerate(refined) if names[i] not in names[:i]]
-    )
+
+    def one(r: Refined) -> Refined:
+        start = replace(r.fit, knobs=base.knobs, signals=base.signals)
+        handicap = LESS_LIKELY.get(r.screened.candidate.effect, 0.0)
+        # of a gain that holds, how far beyond matters of the best alone
+        holds = inf if r is best else again.score + r.before + handicap
+        fit = with_effect(engine, start, r.screened, noise, along, holds)
+        if r is best and fit.score - again.score < r.before:
+            # its signals have bent on the way: find them anew
+            fit = engine.improve(fit, rounds=4)
+        after = fit.score - again.score - handicap
+        even = steady(engine.gains(again, fit))
+        eased = fit.prior - again.prior
+        return replace(r, fit=fit, after=after, eased=eased, steady=even)
+
+    return engine.each(one, found)
 
 
 def steady(gains: Array) -> float:
@@ -331,8 +329,12 @@ def with_effect(
     screened: Screened,
     noise: list[Whitener],
     along: Tangent,
+    enough: float = inf,
 ) -> Fit:
-    """Refine one candidate under given noise, the knobs of the base giving way."""
+    """Refine one candidate under given noise, the knobs of the base giving way.
+
+    It ends where the score is enough.
+    """
     mine = effect_knobs(screened)
     keys = {k.key for k in mine}
     gone = [i for i, k in enumerate(base.knobs) if k.key in keys]
@@ -340,11 +342,13 @@ def with_effect(
     knobs = [k for k in base.knobs if k.key not in keys] + mine
     now = engine.evaluate(base.values | screened.values, knobs, noise)
     for _ in range(6):
+        if now.score >= enough:
+            break
         own = engine.tangent(now.values, mine, noise)
         new = engine.improve(now, tangent=kept + own, rounds=1)
         gain = new.score - now.score
         now = new
-        if gain < 0.5:
+        if gain < SETTLED:
             break
     return now
 

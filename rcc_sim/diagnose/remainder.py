@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from rcc_sim.diagnose.engine import MEMORY, Engine
 from rcc_sim.diagnose.fit import Fit
+from rcc_sim.diagnose.knobs import Knob
 from rcc_sim.diagnose.noise import log_density
 from rcc_sim.diagnose.problem import LATERAL, SINCE_BRAKING, SINCE_STANDING
 from rcc_sim.diagnose.profile import Probe, Profile, overlap, probe_size
@@ -156,26 +158,35 @@ def remainder(
     steered = all(p.drive.steered for p in engine.problems)
     known = {**engine.problems[0].vehicle.figures(), **fit.values}
     tables = {key.rpartition(".")[0] for key in known}
-    each = []
+    forms: list[Callable[[], list[Remainder]]] = []
     for name, keys in CARRIERS.items():
         if name in CORNERING and not steered:
             continue
         key = next((k for k in keys[1:] if tables & {k.rpartition(".")[0]}), keys[0])
-        probe = Probe(engine, fit, key, probe_size(engine, key))
-        follows = GRIPS if name == "grip" else FOLLOWS
-        each.append(likeliest_of(probe, name, follows))
-    each += [bursts(engine, fit, log) for log in range(len(engine.problems))]
+        size = probe_size(engine, key)
+        forms.append(partial(acting_as, engine, fit, name, key, size))
+    forms += [partial(bursts, engine, fit, log) for log in range(len(engine.problems))]
     for name, figures in (constant or {}).items():
         for knob in (k for k in fit.knobs if k.key in figures):
-            probe = Probe(engine, fit, knob.key, knob.inward(fit.values[knob.key]))
-            changes = (likeliest_of(probe, name, {x: n}) for x, n in CHANGES.items())
-            # a moment after braking no torque is told well: that has to be real
-            each += [
-                r
-                for r in changes
-                if r.follows == "time_s" or r.evidence > UNKNOWN_ENOUGH
-            ]
+            forms.append(partial(changing, engine, fit, name, knob))
+    each = [r for found in engine.each(lambda form: form(), forms) for r in found]
     return replace(clearest(each), rivals=tuple(each))
+
+
+def acting_as(
+    engine: Engine, fit: Fit, name: str, key: str, size: float
+) -> list[Remainder]:
+    """Return the likeliest form of a way of acting, as one figure does."""
+    probe = Probe(engine, fit, key, size)
+    return [likeliest_of(probe, name, GRIPS if name == "grip" else FOLLOWS)]
+
+
+def changing(engine: Engine, fit: Fit, name: str, knob: Knob) -> list[Remainder]:
+    """Return how a figure of a cause that was taken as constant may change."""
+    probe = Probe(engine, fit, knob.key, knob.inward(fit.values[knob.key]))
+    found = [likeliest_of(probe, name, {x: n}) for x, n in CHANGES.items()]
+    # a moment after braking no torque is told well: that has to be real
+    return [r for r in found if r.follows == "time_s" or r.evidence > UNKNOWN_ENOUGH]
 
 
 def likeliest_of(
@@ -202,7 +213,7 @@ def likeliest_of(
     return best
 
 
-def bursts(engine: Engine, fit: Fit, log: int) -> Remainder:
+def bursts(engine: Engine, fit: Fit, log: int) -> list[Remainder]:
     """Return where a log's cornering is restless: a slippery patch, a sticking rack.
 
     What comes and goes within a moment has no mean that a profile could hold, but its
@@ -235,7 +246,7 @@ def bursts(engine: Engine, fit: Fit, log: int) -> Remainder:
         for a, b in runs(nats.sum(0) > 0)
     ]
     shares = nats.sum(1) / (total or 1.0)
-    return Remainder(total, "steer", "time_s", found, None, log, shares)
+    return [Remainder(total, "steer", "time_s", found, None, log, shares)]
 
 
 def runs(mask: NDArray[np.bool_]) -> NDArray[np.intp]:

@@ -33,7 +33,7 @@ from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.engine import MEMORY, Engine
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import nuisance_knobs
-from rcc_sim.diagnose.noise import FREEDOM, weights
+from rcc_sim.diagnose.noise import CURVATURE, weights
 from rcc_sim.diagnose.refine import LESS_LIKELY, TIED, with_effect
 from rcc_sim.diagnose.screen import Screen, Screened
 
@@ -51,9 +51,6 @@ CHANGES = 3
 
 ROUNDS = 2
 """Rounds of a fit that is still on its way, its signals found anew."""
-
-CURVATURE = (FREEDOM + 1) / (FREEDOM + 3)
-"""Fisher information of the t-distribution about its centre, its scale being 1."""
 
 
 @dataclass(frozen=True)

@@ -48,7 +48,7 @@ ROW_SHARE = 0.2
 """Share of a log's rows to which a time is told, one sd: when within a row a command
 came or a reading was taken, no log says."""
 
-INTERVAL = 1.6
+INTERVAL = 1.45
 """Factor on standard deviations for what a model leaves out; from ``blind score``."""
 
 
