@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rcc_sim.analyse.gap_energy import logged_power
 from rcc_sim.definitions.figure import Z_90
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
+from rcc_sim.diagnose.knobs import figures_of
 from rcc_sim.diagnose.noise import FREEDOM, Whitener
+from rcc_sim.diagnose.problem import Problem
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -123,3 +126,55 @@ def shrink_of(before: Array, after: Array) -> Shrink:
     spread = Z_90 * float(after.std() / np.sqrt(len(after))) / total
     low, high = max(explained - spread, -1.0), min(explained + spread, 1.0)
     return Shrink(total, left, explained, low, high)
+
+
+def proof(
+    acting: Engine, nominal: Engine, fit: Fit, holdouts: Sequence[Problem]
+) -> tuple[Shrink, float | None, float | None]:
+    """Return the shrink, and the energy gap before and after, on rows held out.
+
+    These are other logs that were kept back, else each half of the logs in turn.
+    """
+    if not holdouts:
+        fitted = halves(acting, fit)
+        return (
+            hold_out(acting, nominal, fit, fitted),
+            energy_percent(nominal.problems, (({}, rows) for _, rows in fitted)),
+            energy_percent(acting.problems, fitted),
+        )
+    other = Engine(holdouts)
+    values = figures_of(fit.values)
+    noise = other.learn_noise(other.residuals(values))
+    squares = [
+        other.white(other.residuals(figures), noise) ** 2 for figures in ({}, values)
+    ]
+    before, after = (
+        np.array([p.mean() for p in np.array_split(x, 20)]) for x in squares
+    )
+    return (
+        shrink_of(before, after),
+        energy_percent(holdouts, [({}, None)]),
+        energy_percent(holdouts, [(values, None)]),
+    )
+
+
+def energy_percent(
+    problems: Sequence[Problem],
+    fitted: Iterable[tuple[dict[str, float], Sequence[Mask] | None]],
+) -> float | None:
+    """Energy gap of free runs with these figures on rows that they did not see."""
+    measured = simulated = 0.0
+    for figures, rows in fitted:
+        vehicle = problems[0].vehicle.changed(settings=figures_of(figures))
+        for i, p in enumerate(problems):
+            power = logged_power(p.log)
+            if power is None:
+                return None
+            out = p.run(vehicle)
+            dt = np.gradient(p.log["time_s"])
+            ok = np.isfinite(power) & np.isfinite(out["battery_power_w"])
+            if rows is not None:
+                ok &= rows[i]
+            measured += float((power * dt)[ok].sum())
+            simulated += float((out["battery_power_w"] * dt)[ok].sum())
+    return 100 * (measured - simulated) / measured if measured else None

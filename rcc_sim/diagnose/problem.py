@@ -10,11 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.analyse.charge import Charge, battery_energy, charge_of
+from rcc_sim.analyse.gap import window_of
+from rcc_sim.analyse.gap_energy import logged_power
 from rcc_sim.analyse.gap_regimes import moving_mean, rows_in
-from rcc_sim.analyse.heading import TURN_RATE, turn_rate
+from rcc_sim.analyse.heading import TURN_RATE, measured_turn, turn_rate
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.physics.step import SLIP_BLEND
-from rcc_sim.simulate.replay import Drive, integral_of, replay
+from rcc_sim.simulate.replay import Drive, drive_of, integral_of, replay
 from rcc_sim.trace import Trace
 from rcc_sim.units import RHO_AIR, G
 
@@ -233,7 +235,7 @@ class Problem:
     def _speed(self) -> Array:
         """Speed as measured, else as the nominal model has it, else 0."""
         speed = np.abs(self.drive.measured[0])
-        if not self.drive.imposed:
+        if not (self.drive.imposed or np.isfinite(speed).all()):
             speed = np.where(np.isfinite(speed), speed, self.nominal["speed_mps"])
         return np.where(np.isfinite(speed), speed, 0.0)
 
@@ -321,6 +323,22 @@ class Problem:
         ref, steer, throttle, aux = self.drive.commands
         commands = (ref, steer, throttle, aux + power)
         return replace(self, drive=replace(self.drive, commands=commands))
+
+
+def problem_of(log: Trace, vehicle: Vehicle) -> Problem:
+    """Return a log as a problem for a vehicle; its battery power is worked out."""
+    power = logged_power(log)
+    if power is not None and "battery_power_w" not in log:
+        log = Trace({**log.columns, "battery_power_w": power}, name=log.name)
+    drive = drive_of(log, vehicle, window_of(log))
+    charged = by_charge(log, vehicle, drive)
+    if charged is not None:
+        return charged
+    turn = measured_turn(log, vehicle.wheelbase)
+    if turn is None:
+        return Problem(vehicle, log, drive)
+    log = Trace({**log.columns, TURN_RATE: turn.since}, name=log.name)
+    return Problem(vehicle, log, drive, turned=turn.at)
 
 
 def by_charge(log: Trace, vehicle: Vehicle, drive: Drive) -> Problem | None:

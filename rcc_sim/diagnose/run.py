@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from math import inf
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from rcc_sim.analyse.gap import Gap, gap, window_of
-from rcc_sim.analyse.gap_energy import logged_power
+from rcc_sim.analyse.gap import Gap, gap
 from rcc_sim.analyse.gap_report import where
-from rcc_sim.analyse.heading import TURN_RATE, measured_turn
 from rcc_sim.analyse.logged import Logged
 from rcc_sim.definitions.figure import Z_90, Figure
 from rcc_sim.definitions.vehicle import Vehicle
@@ -24,10 +21,10 @@ from rcc_sim.diagnose.compete import Explanation, compete
 from rcc_sim.diagnose.engine import MEMORY, Engine
 from rcc_sim.diagnose.experiment import Experiment, next_experiments
 from rcc_sim.diagnose.fit import Fit
-from rcc_sim.diagnose.hold_out import Shrink, halves, hold_out, shrink_of
-from rcc_sim.diagnose.knobs import BIAS, RADIUS, Knob, figures_of
+from rcc_sim.diagnose.hold_out import Shrink, proof
+from rcc_sim.diagnose.knobs import BIAS, RADIUS, Knob
 from rcc_sim.diagnose.prices import Prices, prices
-from rcc_sim.diagnose.problem import Problem, by_charge
+from rcc_sim.diagnose.problem import Problem, problem_of
 from rcc_sim.diagnose.remainder import Remainder, clearest, remainder
 from rcc_sim.diagnose.sums import with_all_figures
 from rcc_sim.diagnose.ties import settled
@@ -43,11 +40,7 @@ from rcc_sim.diagnose.verdict import (
     status_of,
 )
 from rcc_sim.errors import InputError
-from rcc_sim.simulate.replay import drive_of
 from rcc_sim.trace import Trace
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 OFFSETS = {
     "accelerometer_bias": ("accel_x_mps2", "accel_y_mps2"),
@@ -289,7 +282,8 @@ def diagnose(
         fit, acting = _only(engine, found, fit, causes)
     causes, fit = with_all_figures(acting, fit, causes, able)
     told("proof on held-out rows")
-    shrink, before, after = _proof(acting, engine, fit, holdouts, vehicle)
+    fresh = [problem_of(one.log, vehicle) for one in holdouts]
+    shrink, before, after = proof(acting, engine, fit, fresh)
     stated = {key: figure.value for key, figure in vehicle.figures().items()}
     row = float(np.median(np.diff(problems[0].log["time_s"])))
     asserted = tuple(
@@ -317,22 +311,6 @@ def refuse_short(log: Trace) -> None:
         )
 
 
-def problem_of(log: Trace, vehicle: Vehicle) -> Problem:
-    """Return a log as a problem for a vehicle; its battery power is worked out."""
-    power = logged_power(log)
-    if power is not None and "battery_power_w" not in log:
-        log = Trace({**log.columns, "battery_power_w": power}, name=log.name)
-    drive = drive_of(log, vehicle, window_of(log))
-    charged = by_charge(log, vehicle, drive)
-    if charged is not None:
-        return charged
-    turn = measured_turn(log, vehicle.wheelbase)
-    if turn is None:
-        return Problem(vehicle, log, drive)
-    log = Trace({**log.columns, TURN_RATE: turn.since}, name=log.name)
-    return Problem(vehicle, log, drive, turned=turn.at)
-
-
 def constant(causes: Sequence[Cause]) -> dict[str, tuple[str, ...]]:
     """Return the figures of the causes that were taken as constant, by effect."""
     return {c.effect: c.keys for c in causes if not c.profiles}
@@ -350,58 +328,3 @@ def _only(
     known = found.null.values | fit.values if causes else found.null.values
     start = {k.key: known.get(k.key, k.value) for k in kept}
     return acting.fit(start, kept), acting
-
-
-def _proof(
-    acting: Engine,
-    nominal: Engine,
-    fit: Fit,
-    holdouts: Sequence[Logged],
-    vehicle: Vehicle,
-) -> tuple[Shrink, float | None, float | None]:
-    """Return the shrink, and the energy gap before and after, on rows held out."""
-    if holdouts:
-        problems = [problem_of(one.log, vehicle) for one in holdouts]
-        other = Engine(problems)
-        values = figures_of(fit.values)
-        noise = other.learn_noise(other.residuals(values))
-        squares = [
-            other.white(other.residuals(figures), noise) ** 2
-            for figures in ({}, values)
-        ]
-        before, after = (
-            np.array([p.mean() for p in np.array_split(x, 20)]) for x in squares
-        )
-        return (
-            shrink_of(before, after),
-            _energy_percent(problems, [({}, None)]),
-            _energy_percent(problems, [(values, None)]),
-        )
-    fitted = halves(acting, fit)
-    return (
-        hold_out(acting, nominal, fit, fitted),
-        _energy_percent(nominal.problems, (({}, rows) for _, rows in fitted)),
-        _energy_percent(acting.problems, fitted),
-    )
-
-
-def _energy_percent(
-    problems: Sequence[Problem],
-    fitted: Iterable[tuple[dict[str, float], Sequence[Mask] | None]],
-) -> float | None:
-    """Energy gap of free runs with these figures on rows that they did not see."""
-    measured = simulated = 0.0
-    for figures, rows in fitted:
-        vehicle = problems[0].vehicle.changed(settings=figures_of(figures))
-        for i, p in enumerate(problems):
-            power = logged_power(p.log)
-            if power is None:
-                return None
-            out = p.run(vehicle)
-            dt = np.gradient(p.log["time_s"])
-            ok = np.isfinite(power) & np.isfinite(out["battery_power_w"])
-            if rows is not None:
-                ok &= rows[i]
-            measured += float((power * dt)[ok].sum())
-            simulated += float((out["battery_power_w"] * dt)[ok].sum())
-    return 100 * (measured - simulated) / measured if measured else None

@@ -10,8 +10,8 @@ from rcc_sim.definitions.kernel import road_of
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.deliver import varying, write_mended, write_profiles
+from rcc_sim.diagnose.problem import problem_of
 from rcc_sim.diagnose.profile import Profile
-from rcc_sim.diagnose.run import problem_of
 from rcc_sim.diagnose.verdict import Asserted, Estimate
 from rcc_sim.trace import Trace, read_trace
 

@@ -10,7 +10,7 @@ from rcc_sim.diagnose.candidates import candidates_for
 from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.knobs import Knob, nuisance_knobs
-from rcc_sim.diagnose.run import problem_of
+from rcc_sim.diagnose.problem import problem_of
 from rcc_sim.diagnose.ties import (
     CURVATURE,
     Rival,
