@@ -69,6 +69,9 @@ LEAPS, SETTLED = 4, 0.5
 SHORTER = (1.0, 0.4, 0.1)
 """Shares of a step that are tried in turn."""
 
+LITTLE = 0.05
+"""Nats that a step must promise to be tried, and gain for another."""
+
 
 class Engine:
     """The model and one or more logs of the same vehicle.
@@ -277,14 +280,15 @@ class Engine:
                 stale = False
             step, H = self.step(now, tangent.white)
             now = replace(now, information=H, signals=tangent.signals)
-            new = self.line_search(now, step)
+            promised = 0.5 * float(step @ H @ step)
+            new = self.line_search(now, step) if promised > LITTLE else None
             if new is None:
                 if stale:  # found where the figures were before
                     continue
                 break
             gain = new.score - now.score
             now = replace(new, information=H, signals=tangent.signals)
-            if gain < 0.05 and turn > 0:
+            if gain < LITTLE and turn > 0:
                 break
         return now
 
