@@ -342,13 +342,11 @@ def with_effect(
     knobs = [k for k in base.knobs if k.key not in keys] + mine
     now = engine.evaluate(base.values | screened.values, knobs, noise)
     for _ in range(6):
-        if now.score >= enough:
-            break
         own = engine.tangent(now.values, mine, noise)
         new = engine.improve(now, tangent=kept + own, rounds=1)
         gain = new.score - now.score
         now = new
-        if gain < SETTLED:
+        if gain < SETTLED or now.score >= enough:
             break
     return now
 

@@ -47,6 +47,30 @@ def test_a_figure_far_off_gives_way_to_the_effect_that_multiplies_it(engine):
     assert best.gain == pytest.approx(50, rel=0.05)
 
 
+def test_a_twin_that_is_refined_no_further_is_known_as_well_as_the_best(engine):
+    """It may be named in place of the best: what it changes must be known."""
+    twin = Candidate("twin", (Search("factor", 1.0, 0.1, 5.0, 1.1),))
+    null = engine.fit({}, [STATED])
+    both = refine(engine, null, screened(engine, null, [FACTOR, twin]))
+    assert len(both) == 2
+    for one in both:
+        assert len(one.fit.signals) == len(one.fit.knobs) == 2
+        assert one.gain == pytest.approx(50, rel=0.05)
+
+
+def test_a_gain_too_small_by_one_noise_is_not_asked_for_the_other(engine):
+    """Noise of the best is learnt for what may be named alone."""
+    null = engine.fit({}, [STATED])
+    learnt = []
+    learn = engine.learn_noise
+    engine.learn_noise = lambda left: learnt.append(left) or learn(left)
+    found = screened(engine, null, [FACTOR])
+    refine(engine, null, found, needed=500.0)
+    assert not learnt
+    refine(engine, null, found, needed=40.0)
+    assert learnt
+
+
 def test_nothing_is_followed_where_the_figures_are_as_stated(engine):
     null = engine.fit({}, [Knob("stated", 1.5, 0.05)])
     assert max(r.gain for r, _ in screened(engine, null, [FACTOR])) < 3
