@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from rcc_sim.diagnose.fit import Fit, Tangent, bounded_step
 from rcc_sim.diagnose.knobs import BIAS, Knob, figures_of
 from rcc_sim.diagnose.noise import (
-    CURVATURE,
     SHORT,
     Whitener,
+    curvature,
     fit_whitener,
     lag_edges,
     local_range,
@@ -310,7 +310,7 @@ class Engine:
         return Tangent(J, white.T)
 
     def step(self, now: Fit, A: Array, rows: Mask | None = None) -> tuple[Array, Array]:
-        """Step of Fisher scoring along whitened signals, and the information behind it.
+        """Newton step along whitened signals, and the information behind it.
 
         The noise follows a t-distribution: a step of least squares with its weights
         would fall short by a fifth.
@@ -320,7 +320,7 @@ class Engine:
             w, A = w[rows], A[rows]
         W = weights(w)
         sd = np.array([k.sd for k in now.knobs])
-        H = CURVATURE * (A.T * W) @ A + np.diag(1 / sd**2)
+        H = curvature(w) * (A.T * W) @ A + np.diag(1 / sd**2)
         off = np.array([(now.values[k.key] - k.value) / k.sd**2 for k in now.knobs])
         g = A.T @ (W * w) + off
         least = np.array([now.values[k.key] <= k.low for k in now.knobs])

@@ -139,6 +139,16 @@ def weights(w: Array) -> Array:
     return (FREEDOM + 1) / (FREEDOM + w * w)
 
 
+def curvature(w: Array) -> float:
+    """How much less a log-likelihood is curved than its weights say, on the whole.
+
+    As at these whitened residuals: 1 where they are none, ``CURVATURE`` at least.
+    """
+    W = weights(w)
+    bent = float((W * (FREEDOM - w * w) / (FREEDOM + w * w)).sum())
+    return max(bent / float(W.sum() or 1.0), CURVATURE)
+
+
 def log_density(w: Array) -> Array:
     """Log-likelihood of each whitened residual, up to a constant."""
     density: Array = -0.5 * (FREEDOM + 1) * np.log1p(w * w / FREEDOM)

@@ -7,6 +7,7 @@ from scipy.optimize import minimize
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import bounded_step
 from rcc_sim.diagnose.knobs import Knob
+from rcc_sim.diagnose.noise import CURVATURE, FREEDOM, curvature, log_density, weights
 from rcc_sim.errors import InputError
 
 
@@ -64,3 +65,15 @@ def test_a_figure_at_its_bound_holds_none_of_the_others_back(seed):
     )
     reached = 0.5 * step @ H @ step + g @ step
     assert reached == pytest.approx(best.fun, rel=1e-4)
+
+
+def test_a_likelihood_bends_by_how_its_residuals_scatter():
+    """Of the t-distribution its mean is known in closed form."""
+    rng = np.random.default_rng(5)
+    scatter = rng.standard_t(FREEDOM, size=400_000)
+    assert curvature(scatter) == pytest.approx(CURVATURE, rel=0.01)
+    assert curvature(np.zeros(9)) == 1.0
+    one = 1e-3 * rng.normal(size=1000)
+    h = 1e-2
+    bent = sum(log_density(one + d).sum() * k for d, k in ((h, 1), (0, -2), (-h, 1)))
+    assert curvature(one) * weights(one).sum() == pytest.approx(-bent / h**2, rel=1e-3)
