@@ -17,6 +17,8 @@ from rcc_sim.identify.uncertainty import require_sd, student_quantile
 from rcc_sim.units import RHO_AIR, G
 
 COVERAGE = 0.90
+
+EXACT = 1e-6  # of the force at the highest speed; what rounding alone may leave
 """Probability of every interval. [1]"""
 
 TERMS = ("A", "B", "C")
@@ -235,10 +237,11 @@ def _choose(
     both: bool,
 ) -> tuple[Solution, tuple[str, ...]]:
     """Fullest set of terms that the data can tell from 0, and why not a fuller one."""
-    if _told_apart(full):
+    fastest = max(float(np.max(c.v)) for c in coasts)
+    if _told_apart(full, fastest):
         return full, ()
     others = [solve(coasts, terms, inertia, both) for terms in LADDER[1:]]
-    good = [s for s in others if _told_apart(s)]
+    good = [s for s in others if _told_apart(s, fastest)]
     best = min(good, key=lambda s: s.criterion) if good else others[-1]
     why = []
     for name in full.terms:
@@ -253,10 +256,18 @@ def _choose(
     return best, tuple(why)
 
 
-def _told_apart(solution: Solution) -> bool:
-    """Every term is positive by more than its interval's half-width."""
+def _told_apart(solution: Solution, fastest: float) -> bool:
+    """Every term is positive by more than its interval's half-width, and than rounding.
+
+    The force of each counts at the highest speed [m/s].
+    """
     factor = student_quantile(COVERAGE, solution.dof)
-    return all(solution.value(n) > factor * solution.sd(n) for n in solution.terms)
+    force = {n: solution.value(n) * fastest ** TERMS.index(n) for n in solution.terms}
+    least = EXACT * sum(force.values())
+    return all(
+        solution.value(n) > factor * solution.sd(n) and force[n] > least
+        for n in solution.terms
+    )
 
 
 def _coefficient(
