@@ -275,14 +275,14 @@ def shares_of(fit: Fit, keys: Sequence[str]) -> Array:
 def profile_cause(engine: Engine, fit: Fit, named: set[str]) -> Cause | None:
     """Return the effect that best explains as a profile what a fit leaves, if any."""
     wanted = [effect for effect in PROFILES if effect in named]
-    tried = engine.each(lambda effect: varying(engine, fit, effect), wanted)
+    tried = engine.each(lambda effect: as_profile(engine, fit, effect), wanted)
     found = sorted((c for c in tried if c), key=lambda c: -c.gain)
     if not found:
         return None
     return replace(found[0], rival=max((c.gain for c in found[1:]), default=0.0))
 
 
-def varying(engine: Engine, fit: Fit, effect: str) -> Cause | None:
+def as_profile(engine: Engine, fit: Fit, effect: str) -> Cause | None:
     """Return an effect as a profile over each log, if it hangs together."""
     key, along = PROFILES[effect]
     found: dict[int, Profile] = {}

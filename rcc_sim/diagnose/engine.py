@@ -320,7 +320,7 @@ class Engine:
             w, A = w[rows], A[rows]
         W = weights(w)
         sd = np.array([k.sd for k in now.knobs])
-        H = curvature(w) * (A.T * W) @ A + np.diag(1 / sd**2)
+        H = curvature(W) * (A.T * W) @ A + np.diag(1 / sd**2)
         off = np.array([(now.values[k.key] - k.value) / k.sd**2 for k in now.knobs])
         g = A.T @ (W * w) + off
         least = np.array([now.values[k.key] <= k.low for k in now.knobs])

@@ -139,14 +139,14 @@ def weights(w: Array) -> Array:
     return (FREEDOM + 1) / (FREEDOM + w * w)
 
 
-def curvature(w: Array) -> float:
-    """How much less a log-likelihood is curved than its weights say, on the whole.
+def curvature(W: Array) -> float:
+    """How much less a log-likelihood is curved than its weights W say, on the whole.
 
-    As at these whitened residuals: 1 where they are none, ``CURVATURE`` at least.
+    1 where residuals are nil, ``CURVATURE`` at least: its second derivative at w is
+    -W (f - w²) / (f + w²), with (f - w²) / (f + w²) = 2 f / (f + 1) W - 1.
     """
-    W = weights(w)
-    bent = float((W * (FREEDOM - w * w) / (FREEDOM + w * w)).sum())
-    return max(bent / float(W.sum() or 1.0), CURVATURE)
+    total = float(W.sum()) or 1.0
+    return max(2 * FREEDOM / (FREEDOM + 1) * float(W @ W) / total - 1, CURVATURE)
 
 
 def log_density(w: Array) -> Array:

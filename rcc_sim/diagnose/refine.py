@@ -260,18 +260,19 @@ def refine(
     by the first comes near what is needed, it is not asked for the second.
     """
     found = [(r, start) for r, start in found if r.gain > 1]
+    if not found:
+        return []
     along = engine.whitened(base.signals, base.noise)
     fits = engine.each(
         lambda pair: with_effect(engine, pair[1], pair[0], base.noise, along), found
     )
     every = []
     for (r, _), fit in zip(found, fits, strict=True):
-        handicap = LESS_LIKELY.get(r.candidate.effect, 0.0)
         moved = replace(r, values={k: fit.values[k] for k in r.values})
-        before, eased = fit.score - base.score - handicap, fit.prior - base.prior
-        every.append(Refined(moved, fit, before, before, eased))
-    best = max(every, key=lambda r: r.before, default=None)
-    if best is None or best.before <= 0:
+        before = fit.score - base.score - handicap(r)
+        every.append(Refined(moved, fit, before, before, fit.prior - base.prior))
+    best = max(every, key=lambda r: r.before)
+    if best.before <= 0:
         return []
     close = [r for r in every if r.before > FAR_BEHIND * best.before]
     if any(r.trusted + max(r.eased, TIED) >= needed for r in close):
@@ -279,6 +280,11 @@ def refine(
     close.sort(key=lambda r: -r.gain)
     names = [r.screened.candidate.effect for r in close]
     return plainest_first([r for i, r in enumerate(close) if names[i] not in names[:i]])
+
+
+def handicap(screened: Screened) -> float:
+    """Nats that an effect starts behind."""
+    return LESS_LIKELY.get(screened.candidate.effect, 0.0)
 
 
 def by_its_noise(
@@ -292,14 +298,13 @@ def by_its_noise(
 
     def one(r: Refined) -> Refined:
         start = replace(r.fit, knobs=base.knobs, signals=base.signals)
-        handicap = LESS_LIKELY.get(r.screened.candidate.effect, 0.0)
         # of a gain that holds, how far beyond matters of the best alone
-        holds = inf if r is best else again.score + r.before + handicap
+        holds = inf if r is best else again.score + r.before + handicap(r.screened)
         fit = with_effect(engine, start, r.screened, noise, along, holds)
         if r is best and fit.score - again.score < r.before:
             # its signals have bent on the way: find them anew
             fit = engine.improve(fit, rounds=4)
-        after = fit.score - again.score - handicap
+        after = fit.score - again.score - handicap(r.screened)
         even = steady(engine.gains(again, fit))
         eased = fit.prior - again.prior
         return replace(r, fit=fit, after=after, eased=eased, steady=even)

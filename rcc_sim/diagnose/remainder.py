@@ -163,8 +163,7 @@ def remainder(
         if name in CORNERING and not steered:
             continue
         key = next((k for k in keys[1:] if tables & {k.rpartition(".")[0]}), keys[0])
-        size = probe_size(engine, key)
-        forms.append(partial(acting_as, engine, fit, name, key, size))
+        forms.append(partial(acting_as, engine, fit, name, key))
     forms += [partial(bursts, engine, fit, log) for log in range(len(engine.problems))]
     for name, figures in (constant or {}).items():
         for knob in (k for k in fit.knobs if k.key in figures):
@@ -173,11 +172,9 @@ def remainder(
     return replace(clearest(each), rivals=tuple(each))
 
 
-def acting_as(
-    engine: Engine, fit: Fit, name: str, key: str, size: float
-) -> list[Remainder]:
+def acting_as(engine: Engine, fit: Fit, name: str, key: str) -> list[Remainder]:
     """Return the likeliest form of a way of acting, as one figure does."""
-    probe = Probe(engine, fit, key, size)
+    probe = Probe(engine, fit, key, probe_size(engine, key))
     return [likeliest_of(probe, name, GRIPS if name == "grip" else FOLLOWS)]
 
 

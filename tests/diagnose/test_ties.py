@@ -10,9 +10,9 @@ from rcc_sim.diagnose.candidates import candidates_for
 from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.knobs import Knob, nuisance_knobs
+from rcc_sim.diagnose.noise import CURVATURE
 from rcc_sim.diagnose.problem import problem_of
 from rcc_sim.diagnose.ties import (
-    CURVATURE,
     Rival,
     apart,
     least_squares,
