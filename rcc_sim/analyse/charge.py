@@ -25,9 +25,9 @@ COLUMN, POWER = "state_of_charge_percent", "battery_power_w"
 FULL = ("battery.capacity_ah", "battery.nominal_voltage_v")
 """What the energy of a full battery is made of."""
 
-STEPS = 10
+STEPS = 4
 """Steps that the charge falls by in a typical stretch: rounding, which moves either
-end by a uniform part of a step, is then 4 % of its energy."""
+end by a uniform part of a step, is then 10 % of its energy."""
 
 FEWEST = 12
 """Stretches below which a log tells nothing by its charge."""
