@@ -24,6 +24,10 @@ TICK, FINER = 0.001, 9
 CLOSER = 1.25, 1.12, 1.06, 1.03
 """Factors by which a threshold is found finer, one after the other."""
 
+CLEARLY, NOTHING = 18.0, 1.0
+"""Nats that the weakest strength of a grid would change and does not promise, at any
+size, where a stronger one, whose signal is much like it, is not tried."""
+
 ANOTHER = 5.0
 """Nats that one more figure of an effect must gain to join the others."""
 
@@ -138,7 +142,7 @@ class Screen:
 
     def scan(self, search: Search, held: dict[str, float]) -> tuple[float, float]:
         """Best of a grid: for thresholds, limits and clocks, which have no slope."""
-        best = self.best_of(search.key, search.grid, held)
+        best = self.best_outward(search, held)
         if search.clocked and best[0] > 0:
             near = best[1] + TICK * np.arange(-FINER, FINER + 1)
             best = max(best, self.best_of(search.key, near[near > 0], held))
@@ -147,6 +151,26 @@ class Screen:
                 near = best[1] * np.array([1 / apart, apart])
                 best = max(best, self.best_of(search.key, near, held))
         return best
+
+    def best_outward(
+        self, search: Search, held: dict[str, float]
+    ) -> tuple[float, float]:
+        """Best of a grid, from the weakest to each side on as far as that leads."""
+        if held or search.stepped:
+            return self.best_of(search.key, search.grid, held)
+        grid = np.sort(search.grid)
+        best = (0.0, 0.0)
+        for side in (grid[grid < search.neutral][::-1], grid[grid >= search.neutral]):
+            for x in map(float, side):
+                d = self.signal({search.key: x})
+                best = max(best, (self.gain(d), x))
+                if 0.5 * float(d @ d) > CLEARLY and self.promise(d) < NOTHING:
+                    break
+        return best
+
+    def promise(self, d: Array) -> float:
+        """Nats that a signal would gain at its best size."""
+        return 0.5 * max(-float(self.left @ d), 0.0) ** 2 / float(d @ d)
 
     def best_of(
         self, key: str, strengths: Iterable[float], held: dict[str, float]
