@@ -56,13 +56,7 @@ def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
     """
     numba = _numba()
     assert isinstance(function, FunctionType)
-    twin = _twin(
-        function,
-        {
-            name: compiled(value) if hasattr(value, "__kernel__") else value
-            for name, value in _used(function).items()
-        },
-    )
+    twin = _twin(function, Twins(_used(function)))
     numba.config.CACHE_DIR = str(getattr(function, "__cache_folder__", cache_folder()))
     options: dict[str, Any] = {
         "cache": _can_cache(),
@@ -121,11 +115,30 @@ def bound(
     return twin
 
 
-def _twin(function: Any, used: Mapping[str, Any]) -> Any:
+class Twins(dict[str, Any]):
+    """Global names that kernel code reads, with the twins of the kernel code it calls.
+
+    These are made once asked for: not at all where the caller's own machine code is
+    found on disk.
+    """
+
+    def __init__(self, used: Mapping[str, Any]) -> None:
+        kernels = {k for k, value in used.items() if hasattr(value, "__kernel__")}
+        super().__init__({k: v for k, v in used.items() if k not in kernels})
+        self._kernels = {k: used[k] for k in kernels}
+
+    def __missing__(self, name: str) -> Any:
+        self[name] = twin = compiled(self._kernels[name])
+        return twin
+
+
+def _twin(function: Any, used: dict[str, Any]) -> Any:
     """Return a function of the same code that reads other globals."""
+    used["__builtins__"] = __builtins__
+    used["__name__"] = function.__module__
     twin = FunctionType(
         function.__code__,
-        {"__builtins__": __builtins__, "__name__": function.__module__, **used},
+        used,
         function.__name__,
         function.__defaults__,
     )

@@ -22,6 +22,8 @@ def surveyed_slope(distance: Array, elevation: Array) -> tuple[Array, Array]:
     distance, slope : ndarray, shape (k,)
         Middle of each cell [m], rise over run [1].
     """
+    from scipy.linalg import cho_solve_banded, cholesky_banded
+
     ok = np.isfinite(distance) & np.isfinite(elevation)
     s, h = distance[ok], elevation[ok]
     length = float(s[-1] - s[0]) if len(s) else 0.0
@@ -34,27 +36,35 @@ def surveyed_slope(distance: Array, elevation: Array) -> tuple[Array, Array]:
     mean = np.bincount(cell, h, minlength=k) / np.maximum(count, 1)
     spread = np.bincount(cell, (h - mean[cell]) ** 2, minlength=k).sum()
     noise2 = max(spread / max(len(h) - (count > 0).sum(), 1), 1e-12)
-    D2 = np.diff(np.eye(k), 2, axis=0)
+    bands = second_differences(k)
     step = edges[1] - edges[0]
     used = count > 0
     best = (-np.inf, mean)
-    A = np.diag(count / noise2)
-    b = count * mean / noise2
+    weight = count / noise2
+    b = weight * mean
     for strength in np.logspace(-6, 0, 25):
         # second difference of height ~ N(0, q2)
         q2 = (strength * step) ** 2
-        N = A + D2.T @ D2 / q2
-        N += 1e-9 * np.eye(k) * np.trace(A) / k
-        L = np.linalg.cholesky(N)
-        x = np.linalg.solve(N, b)
+        N = bands / q2
+        N[-1] += weight + 1e-9 * weight.mean()
+        C = cholesky_banded(N)
+        x = cho_solve_banded((C, False), b)
         fit = (count[used] * (mean[used] - x[used]) ** 2).sum() / noise2
-        rough = ((D2 @ x) ** 2).sum() / q2
-        value = (
-            -0.5 * (fit + rough) - np.log(np.diag(L)).sum() - (k - 2) / 2 * np.log(q2)
-        )
+        rough = (np.diff(x, 2) ** 2).sum() / q2
+        value = -0.5 * (fit + rough) - np.log(C[-1]).sum() - (k - 2) / 2 * np.log(q2)
         if value > best[0]:
             best = (value, x)
     middle = 0.5 * (edges[1:] + edges[:-1])
     dh = np.diff(best[1])
     run = np.sqrt(np.maximum(step**2 - dh**2, 1e-12))
     return 0.5 * (middle[1:] + middle[:-1]), dh / run
+
+
+def second_differences(k: int) -> Array:
+    """Return D'D in upper bands, shape (3, k), D taking second differences of k."""
+    ones = np.ones(k - 2)
+    bands = np.zeros((3, k))
+    bands[2] = np.convolve(ones, [1.0, 4.0, 1.0])
+    bands[1, 1:] = np.convolve(ones, [-2.0, -2.0])
+    bands[0, 2:] = ones
+    return bands
