@@ -27,7 +27,10 @@ FULL = ("battery.capacity_ah", "battery.nominal_voltage_v")
 
 STEPS = 4
 """Steps that the charge falls by in a typical stretch: rounding, which moves either
-end by a uniform part of a step, is then 10 % of its energy."""
+end by a uniform part of a step, is then 10 % of its energy.
+
+Of 2, 3, 4, 6, 10 and 20 steps, 3 and 4 gain most nats for the roads of measured trips.
+"""
 
 FEWEST = 12
 """Stretches below which a log tells nothing by its charge."""

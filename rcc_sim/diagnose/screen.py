@@ -1,4 +1,4 @@
-"""Every candidate, at every likely strength, re-simulated and held against a fit."""
+"""Every candidate, at likely strengths, re-simulated and held against a fit."""
 
 from __future__ import annotations
 
@@ -25,8 +25,9 @@ CLOSER = 1.25, 1.12, 1.06, 1.03
 """Factors by which a threshold is found finer, one after the other."""
 
 CLEARLY, NOTHING = 18.0, 1.0
-"""Nats that the weakest strength of a grid would change and does not promise, at any
-size, where a stronger one, whose signal is much like it, is not tried."""
+"""Nats that a strength of a grid would show, as many as a cause needs, and that it does
+not promise at any size, where stronger ones, whose signals are like it, are not tried.
+"""
 
 ANOTHER = 5.0
 """Nats that one more figure of an effect must gain to join the others."""
