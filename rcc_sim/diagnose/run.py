@@ -65,6 +65,8 @@ class Diagnosis:
     ----------
     vehicle : Vehicle
         The nominal model.
+    problem : Problem
+        The first log as it was explained, and that model, without any profile found.
     gaps : tuple of Gap
         Where each log and the nominal model part.
     status : str
@@ -87,6 +89,7 @@ class Diagnosis:
     """
 
     vehicle: Vehicle
+    problem: Problem
     gaps: tuple[Gap, ...]
     status: str
     asserted: tuple[Asserted, ...]
@@ -162,7 +165,7 @@ class Diagnosis:
 
     @cached_property
     def plain(self) -> Problem:
-        """The first log and the nominal vehicle, without any profile found."""
+        """The same as ``problem``, at the log's own rows."""
         return problem_of(self.gaps[0].measured, self.vehicle)
 
     @property
@@ -297,7 +300,8 @@ def diagnose(
     large = any(g.energy.beyond(DOUBTLESS) for g in gaps)
     status = status_of(causes, left, *energy, large=large)
     return Diagnosis(
-        vehicle, gaps, status, asserted, found, fit, left, shrink, before, after, runs,
+        vehicle, problems[0], gaps, status, asserted, found, fit, left, shrink,
+        before, after, runs,
     )  # fmt: skip
 
 

@@ -71,15 +71,18 @@ def signatures(found: Diagnosis) -> Signatures:
     causes = [a.cause for a in found.asserted]
     winner, others = (causes[0], causes[1:]) if causes else (None, [])
     own = set(winner.keys) if winner else set()
-    plain = with_profiles(found.plain, others)
+    plain = with_profiles(found.problem, others)
     values = {k: x for k, x in found.fit.values.items() if k not in own}
     base = plain.predict(figures_of(values))
     channels = plain.channels
 
+    def at_rows(x: Array) -> Array:
+        return x if plain.charge is None else plain.charge.held(x)
+
     def moved(figures: Mapping[str, float], varying: bool = False) -> dict[str, Array]:
         on = with_profiles(plain, [winner]) if varying and winner else plain
         out = on.predict({**figures_of(values), **figures})
-        return {c: out[c] - base[c] for c in channels}
+        return {c: at_rows(out[c] - base[c]) for c in channels}
 
     told = []
     if winner:
@@ -92,7 +95,7 @@ def signatures(found: Diagnosis) -> Signatures:
             Signature(effect, _named(figures), moved(figures))
             for effect, figures in _rivals(found, plain, values)
         ]
-    left = {c: plain.log[c] - base[c] for c in channels}
+    left = {c: at_rows(plain.log[c] - base[c]) for c in channels}
     return Signatures(left, tuple(told))
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from rcc_sim.analyse.charge import battery_energy
+from rcc_sim.analyse.logged import Logged
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.candidates import candidates_for
 from rcc_sim.diagnose.cause import Cause
@@ -12,6 +13,8 @@ from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.problem import problem_of
 from rcc_sim.diagnose.profile import Profile, freed
+from rcc_sim.diagnose.run import diagnose
+from rcc_sim.diagnose.signatures import signatures
 from rcc_sim.diagnose.verdict import estimates
 from rcc_sim.simulate.replay import drive_of, replay
 from rcc_sim.trace import Trace
@@ -48,6 +51,22 @@ def test_hills_are_found_by_the_charge_and_their_size_is_right():
     gain = np.polyfit(slope, climbed, 1)[0]
     assert 0.7 < gain < 1.3
     assert np.corrcoef(slope, climbed)[0, 1] > 0.9
+
+
+def test_what_it_shows_stands_at_the_rows_of_the_log():
+    """The charge is judged by stretches; a page draws over the log's own rows."""
+    log, _, _ = driven(0.02)
+    names = ["road_grade", "rolling_resistance", "payload"]
+    found = diagnose([Logged(log, (), None)], TWIZY, candidates=names)
+    assert found.asserted[0].cause.effect == "road_grade"
+    shown = signatures(found)
+    assert shown.effects[0].effect == "road_grade"
+    assert len(shown.effects) > 1
+    acts, left = shown.effects[0].moved["battery_power_w"], shown.left
+    assert acts.shape == log["time_s"].shape
+    both = np.isfinite(acts) & np.isfinite(left["battery_power_w"])
+    assert both.mean() > 0.95
+    assert np.corrcoef(acts[both], left["battery_power_w"][both])[0, 1] > 0.5
 
 
 def test_a_flat_road_has_no_hills():
