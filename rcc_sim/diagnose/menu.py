@@ -150,7 +150,8 @@ def limits_of(problem: Problem) -> Limits:
     """Return what a log shows that can be driven."""
     log, drive, vehicle = problem.log, problem.drive, problem.vehicle
     mode = vehicle.controller.mode if vehicle.controller else "torque"
-    top = float(problem.speed.max()) or 1.0
+    speed = problem.driven_speed
+    top = float(speed.max()) or 1.0
     command = top
     if level_column(problem) == "throttle":
         command = float(np.nanmax(drive.commands[2])) or 1.0
@@ -162,7 +163,7 @@ def limits_of(problem: Problem) -> Limits:
     lateral = cornered if cornered > CORNERED and steer > STEER else CORNERING
     if drive.steered and sees and steer < STEER:  # it went straight: a gentle corner
         steer = 4 * CORNERING * vehicle.wheelbase / top**2
-    rate = np.gradient(problem.speed, drive.time)
+    rate = np.gradient(speed, drive.time)
     accel = float(np.quantile(np.abs(rate), 0.95))
     regen = vehicle.effects.get("regeneration_limit", {})
     freely = any(getattr(f, "value", 1.0) == 0.0 for f in regen.values())

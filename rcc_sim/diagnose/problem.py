@@ -182,7 +182,7 @@ class Problem:
     @cached_property
     def speed(self) -> Array:
         """Speed at the rows: measured, or the nominal model's. [m/s]"""
-        speed = self._speed
+        speed = self.driven_speed
         return speed if self.charge is None else self.charge.means(speed)
 
     def coordinate(self, name: str) -> Array:
@@ -201,7 +201,7 @@ class Problem:
     @cached_property
     def distance(self) -> Array:
         """Distance from the start of the log. [m]"""
-        distance = integral_of(self.drive.time, self._speed)
+        distance = integral_of(self.drive.time, self.driven_speed)
         return distance if self.charge is None else self.charge.means(distance)
 
     @cached_property
@@ -232,8 +232,8 @@ class Problem:
         return [self.charge.means(self.bridged.astype(float))]
 
     @property
-    def _speed(self) -> Array:
-        """Speed as measured, else as the nominal model has it, else 0."""
+    def driven_speed(self) -> Array:
+        """Speed at the drive's rows: measured, else the nominal model's, else 0."""
         speed = np.abs(self.drive.measured[0])
         if not (self.drive.imposed or np.isfinite(speed).all()):
             speed = np.where(np.isfinite(speed), speed, self.nominal["speed_mps"])

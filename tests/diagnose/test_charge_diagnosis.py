@@ -22,7 +22,7 @@ from rcc_sim.trace import Trace
 TWIZY = load_vehicle("twizy")
 
 
-def driven(climbs, seed=1):
+def driven(climbs, seed=1, car=TWIZY):
     """A drive of an hour with noisy power, logged by speed and charge alone."""
     rng = np.random.default_rng(seed)
     time = np.arange(3600.0)
@@ -32,8 +32,8 @@ def driven(climbs, seed=1):
     distance = np.cumsum(speed)
     slope = climbs * np.sin(distance / 900)
     columns = {"time_s": time, "speed_mps": speed, "slope": slope + 1e-9}
-    drive = drive_of(Trace(columns, name="true"), TWIZY, 1e9)
-    power = replay(TWIZY, drive)["battery_power_w"] + rng.normal(0, 800, len(time))
+    drive = drive_of(Trace(columns, name="true"), car, 1e9)
+    power = replay(car, drive)["battery_power_w"] + rng.normal(0, 800, len(time))
     charge = 95 - 100 * np.cumsum(power) / battery_energy(TWIZY)
     columns["state_of_charge_percent"] = np.round(charge / 0.02) * 0.02
     del columns["slope"]
@@ -67,6 +67,16 @@ def test_what_it_shows_stands_at_the_rows_of_the_log():
     both = np.isfinite(acts) & np.isfinite(left["battery_power_w"])
     assert both.mean() > 0.95
     assert np.corrcoef(acts[both], left["battery_power_w"][both])[0, 1] > 0.5
+
+
+def test_a_tie_by_the_charge_is_told_with_a_run_that_could_settle_it():
+    heavy = TWIZY.changed(settings={"effects.rolling_resistance.coefficient": 0.035})
+    log = driven(0.0, car=heavy)[0]
+    names = ["rolling_resistance", "drivetrain_friction"]
+    found = diagnose([Logged(log, (), None)], TWIZY, candidates=names)
+    (told,) = found.asserted
+    assert {told.cause.effect, *told.cause.tied} == set(names)
+    assert set(found.experiments[0].document()["separates"]) == set(names)
 
 
 def test_a_flat_road_has_no_hills():
