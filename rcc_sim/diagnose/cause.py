@@ -11,6 +11,13 @@ from rcc_sim.diagnose.profile import Profile
 
 Array = NDArray[np.float64]
 
+ENOUGH = 18.0
+"""Nats that a cause must gain, by the noise before and after it alike.
+
+Of 200 drives of the blind plant without a cause, 4 had a candidate that gained more,
+all over the log (`rccsim blind make --kinds null --cases 200 --seed 9001`).
+"""
+
 
 @dataclass(frozen=True)
 class Cause:

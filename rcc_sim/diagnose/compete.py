@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.diagnose.candidates import Candidate
-from rcc_sim.diagnose.cause import Cause
+from rcc_sim.diagnose.cause import ENOUGH, Cause
 from rcc_sim.diagnose.detect import least_seen
 from rcc_sim.diagnose.engine import MEMORY, Engine
 from rcc_sim.diagnose.fit import Fit
@@ -36,13 +36,6 @@ from rcc_sim.diagnose.screen import Screened
 from rcc_sim.diagnose.sums import with_all_figures
 
 Array = NDArray[np.float64]
-
-ENOUGH = 18.0
-"""Nats that a cause must gain, by the noise before and after it alike.
-
-Of 200 drives of the blind plant without a cause, 4 had a candidate that gained more,
-all over the log (`rccsim blind make --kinds null --cases 200 --seed 9001`).
-"""
 
 PROFILE_ENOUGH, BRISK_ENOUGH = 60.0, 30.0
 """Nats that a profile must gain; and a load that changes within twice the time that

@@ -166,6 +166,8 @@ class Diagnosis:
     @cached_property
     def plain(self) -> Problem:
         """The same as ``problem``, at the log's own rows."""
+        if self.problem.charge is None:
+            return self.problem
         return problem_of(self.gaps[0].measured, self.vehicle)
 
     @property

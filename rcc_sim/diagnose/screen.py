@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.diagnose.candidates import Candidate, Search
+from rcc_sim.diagnose.cause import ENOUGH
 from rcc_sim.diagnose.detect import Shown
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
@@ -24,10 +25,9 @@ TICK, FINER = 0.001, 9
 CLOSER = 1.25, 1.12, 1.06, 1.03
 """Factors by which a threshold is found finer, one after the other."""
 
-CLEARLY, NOTHING = 18.0, 1.0
-"""Nats that a strength of a grid would show, as many as a cause needs, and that it does
-not promise at any size, where stronger ones, whose signals are like it, are not tried.
-"""
+NOTHING = 1.0
+"""Nats that a strength of a grid, though enough of it would show, does not promise at
+any size, where stronger ones, whose signals are like it, are not tried."""
 
 ANOTHER = 5.0
 """Nats that one more figure of an effect must gain to join the others."""
@@ -165,7 +165,7 @@ class Screen:
             for x in map(float, side):
                 d = self.signal({search.key: x})
                 best = max(best, (self.gain(d), x))
-                if 0.5 * float(d @ d) > CLEARLY and self.promise(d) < NOTHING:
+                if 0.5 * float(d @ d) > ENOUGH and self.promise(d) < NOTHING:
                     break
         return best
 

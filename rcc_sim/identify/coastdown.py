@@ -17,9 +17,10 @@ from rcc_sim.identify.uncertainty import require_sd, student_quantile
 from rcc_sim.units import RHO_AIR, G
 
 COVERAGE = 0.90
-
-EXACT = 1e-6  # of the force at the highest speed; what rounding alone may leave
 """Probability of every interval. [1]"""
+
+EXACT = 1e-6
+"""Force that rounding alone may leave, as a share of that at the highest speed. [1]"""
 
 TERMS = ("A", "B", "C")
 """Names of the terms of F = A + B v + C v²."""
