@@ -261,7 +261,8 @@ def force_table(
     for key, grid in (("force_throttle", throttle), ("force_speed_mps", speed)):
         if len(grid) < 2 or (np.diff(grid) <= 0).any():
             raise InputError(f"{where}.{key}: should hold two or more rising figures")
-    return throttle, speed, np.array(rows, dtype=float)
+    scale = _value(control.force_scale, 1.0)
+    return throttle, speed, scale * np.array(rows, dtype=float)
 
 
 def _control(vehicle: Vehicle, commanded: bool) -> dict[str, float]:

@@ -132,7 +132,7 @@ class Controller(Table):
     force_throttle: list[float] | None = None
     force_speed_mps: list[float] | None = None
     force_n: list[list[float]] | None = None
-    force_coefficients: dict[str, Figure] | None = None
+    force_scale: Positive | None = None
 
 
 class Sensor(Table):

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from math import inf, sqrt
+from math import inf, isfinite, sqrt
 
 import numpy as np
 
+from rcc_sim.definitions.figure import Z_90
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.errors import InputError, did_you_mean
@@ -99,6 +100,8 @@ class Search:
         Distance from neutral below which a model is no better than its effect.
     most : float
         Largest distance from neutral that is usual.
+    likely : float
+        The likeliest one: of what runs over decades the middle of them, else ``most``.
     """
 
     key: str
@@ -111,6 +114,16 @@ class Search:
     stepped: bool = False
     least: float = 0.0
     most: float = inf
+    likely: float = inf
+
+    def price(self, x: float) -> float:
+        """Nats that a strength costs: nine of ten are no larger than is usual.
+
+        A normal prior on the distance from neutral; a limit, which has none, is free.
+        """
+        if not isfinite(self.neutral):
+            return 0.0
+        return 0.5 * (Z_90 * (x - self.neutral) / self.most) ** 2
 
 
 @dataclass(frozen=True)
@@ -123,6 +136,10 @@ class Candidate:
     effect: str
     searches: tuple[Search, ...]
     several: bool = False
+
+    def price(self, values: Mapping[str, float], keys: Collection[str]) -> float:
+        """Nats that some of its figures cost."""
+        return sum(s.price(values[s.key]) for s in self.searches if s.key in keys)
 
 
 def candidates_for(
@@ -260,8 +277,11 @@ def search_of(problem: Problem, effect: Effect, param: Param) -> Search:
         first = sqrt(max(a, 1e-9) * b) if small is None else LIKELY * small
     most = max(abs(a - param.neutral), abs(b - param.neutral))
     most = most if small is None else USUAL * small
+    decades = param.neutral == 0.0 < a and not (stated and neutral)
+    likely = first if decades else most
     clocked, stepped = effect.id in CLOCKED, effect.id in STEPPED
-    return Search(key, neutral, low, high, first, grid, clocked, stepped, least, most)
+    more = (grid, clocked, stepped, least, most, likely)
+    return Search(key, neutral, low, high, first, *more)
 
 
 def grid_of(problem: Problem, effect: Effect, param: Param) -> tuple[float, ...]:

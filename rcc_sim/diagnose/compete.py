@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from rcc_sim.diagnose.candidates import Candidate
 from rcc_sim.diagnose.cause import ENOUGH, Cause
-from rcc_sim.diagnose.detect import least_seen
+from rcc_sim.diagnose.detect import least_seen, shows_likely
 from rcc_sim.diagnose.engine import MEMORY, Engine
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import nuisance_knobs
@@ -96,6 +96,8 @@ class Explanation:
     least_seen : dict
         Effect -> parameter -> least strength that the logs would have told beside the
         tolerances; None where they tell none that is usual.
+    hidden : frozenset
+        Effects of which they would not have told a likely strength of any figure.
     """
 
     engine: Engine
@@ -104,6 +106,7 @@ class Explanation:
     causes: tuple[Cause, ...]
     ranking: dict[str, float]
     least_seen: dict[str, dict[str, float | None]] = field(default_factory=dict)
+    hidden: frozenset[str] = frozenset()
 
 
 def compete(
@@ -150,8 +153,10 @@ def compete(
     causes, current = without_idle(engine, causes, current)
     causes.sort(key=lambda c: -c.gain)
     # beside all the causes; what took a tolerance's place was not tried at strengths
-    seen = {r.candidate.effect: told_from(r) for r, _ in found if r.shown}
-    return Explanation(engine, null, current, tuple(causes), ranking, seen)
+    tried = {r.candidate.effect: r for r, _ in found if r.shown}
+    seen = {effect: told_from(r) for effect, r in tried.items()}
+    hidden = frozenset(e for e, r in tried.items() if not shows(r, seen[e]))
+    return Explanation(engine, null, current, tuple(causes), ranking, seen, hidden)
 
 
 def free_of(
@@ -188,6 +193,14 @@ def told_from(screened: Screened) -> dict[str, float | None]:
         )
         for search in screened.candidate.searches
     }
+
+
+def shows(screened: Screened, least: Mapping[str, float | None]) -> bool:
+    """Tell whether any figure of a candidate would show at a likely strength."""
+    return any(
+        shows_likely(s, least[s.key.rpartition(".")[2]])
+        for s in screened.candidate.searches
+    )
 
 
 def without_idle(

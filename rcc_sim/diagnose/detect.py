@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import inf, sqrt
+from math import inf, isfinite, sqrt
 from typing import NamedTuple
 
 from rcc_sim.diagnose.candidates import Search
@@ -60,3 +60,18 @@ def least_seen(search: Search, tried: Sequence[Shown], enough: float) -> float |
         return None
     change *= sqrt(enough / nats)
     return change if change <= search.most else None
+
+
+def shows_likely(search: Search, least: float | None) -> bool:
+    """Tell whether a log would tell a figure at the strength that is likeliest.
+
+    Parameters
+    ----------
+    search : Search
+        The figure.
+    least : float or None
+        As by :func:`least_seen`.
+    """
+    if least is None or not isfinite(search.neutral):
+        return least is not None
+    return least <= search.likely

@@ -269,7 +269,7 @@ def refine(
     every = []
     for (r, _), fit in zip(found, fits, strict=True):
         moved = replace(r, values={k: fit.values[k] for k in r.values})
-        before = fit.score - base.score - handicap(r)
+        before = fit.score - base.score - handicap(r, fit)
         every.append(Refined(moved, fit, before, before, fit.prior - base.prior))
     best = max(every, key=lambda r: r.before)
     if best.before <= 0:
@@ -282,9 +282,11 @@ def refine(
     return plainest_first([r for i, r in enumerate(close) if names[i] not in names[:i]])
 
 
-def handicap(screened: Screened) -> float:
-    """Nats that an effect starts behind."""
-    return LESS_LIKELY.get(screened.candidate.effect, 0.0)
+def handicap(screened: Screened, fit: Fit) -> float:
+    """Nats that an effect starts behind, and those that its strength in a fit costs."""
+    one = screened.candidate
+    less = LESS_LIKELY.get(one.effect, 0.0)
+    return less + one.price(fit.values, screened.values)
 
 
 def by_its_noise(
@@ -299,12 +301,13 @@ def by_its_noise(
     def one(r: Refined) -> Refined:
         start = replace(r.fit, knobs=base.knobs, signals=base.signals)
         # of a gain that holds, how far beyond matters of the best alone
-        holds = inf if r is best else again.score + r.before + handicap(r.screened)
-        fit = with_effect(engine, start, r.screened, noise, along, holds)
-        if r is best and fit.score - again.score < r.before:
+        holds = again.score + r.before + handicap(r.screened, r.fit)
+        enough = inf if r is best else holds
+        fit = with_effect(engine, start, r.screened, noise, along, enough)
+        if r is best and fit.score < holds:
             # its signals have bent on the way: find them anew
             fit = engine.improve(fit, rounds=4)
-        after = fit.score - again.score - handicap(r.screened)
+        after = fit.score - again.score - handicap(r.screened, fit)
         even = steady(engine.gains(again, fit))
         eased = fit.prior - again.prior
         return replace(r, fit=fit, after=after, eased=eased, steady=even)

@@ -172,13 +172,8 @@ class Diagnosis:
 
     @property
     def not_identifiable(self) -> list[str]:
-        """Effects of which no usual strength would show in these logs."""
-        taken = {a.cause.effect for a in self.asserted}
-        return [
-            effect
-            for effect, least in sorted(self.found.least_seen.items())
-            if effect not in taken and all(x is None for x in least.values())
-        ]
+        """Effects of which no likely strength would show in these logs."""
+        return sorted(self.found.hidden - {a.cause.effect for a in self.asserted})
 
     def figures(self) -> dict[str, Figure]:
         """Stated figures that the logs moved, with intervals."""

@@ -64,7 +64,8 @@ class Rival:
     fit : Fit
         Every figure, under the noise of the cause's own fit.
     behind : float
-        Nats of log-posterior by which it is behind the cause on these logs.
+        Nats of log-posterior by which it is behind the cause on these logs, and by
+        which its strength is the less usual one.
     scatter : float
         Standard deviation of that difference by chance.
     apart : float
@@ -131,7 +132,7 @@ def settled(
     for i, cause in enumerate(causes):
         if cause.profiles:
             continue
-        mine = rivals_of(engine, fit, cause.keys, near(cause, causes, candidates))
+        mine = in_place(engine, fit, cause, causes, candidates)
         for _ in range(CHANGES):
             best = better(causes[i], mine)
             if best is None:
@@ -140,9 +141,30 @@ def settled(
             gain = causes[i].gain - best.behind
             causes[i] = replace(cause, effect=best.effect, keys=keys, gain=gain)
             fit = engine.fit(best.fit.values, best.fit.knobs)
-            mine = rivals_of(engine, fit, keys, near(cause, causes, candidates))
+            mine = in_place(engine, fit, causes[i], causes, candidates)
         found[causes[i].effect] = mine
     return Settled(fit, with_ties(causes, found), found)
+
+
+def in_place(
+    engine: Engine,
+    fit: Fit,
+    cause: Cause,
+    causes: Sequence[Cause],
+    candidates: Sequence[Candidate],
+) -> list[Rival]:
+    """Return what could stand in a cause's place, nearest first, and at what price."""
+    mine = next(c for c in candidates if c.effect == cause.effect)
+    paid = mine.price(fit.values, cause.keys)
+    rivals = rivals_of(engine, fit, cause.keys, near(cause, causes, candidates))
+    prices = [
+        r.screened.candidate.price(r.fit.values, r.screened.values) for r in rivals
+    ]
+    found = [
+        replace(r, behind=r.behind + price - paid)
+        for r, price in zip(rivals, prices, strict=True)
+    ]
+    return sorted(found, key=lambda r: r.behind)
 
 
 def better(cause: Cause, rivals: Sequence[Rival]) -> Rival | None:

@@ -1,0 +1,75 @@
+"""Of causes that a log cannot tell apart, the one of usual size is named."""
+
+import numpy as np
+import pytest
+
+from rcc_sim.definitions.figure import Z_90
+from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose.candidates import Search, candidates_for
+from rcc_sim.diagnose.cause import Cause
+from rcc_sim.diagnose.engine import Engine
+from rcc_sim.diagnose.knobs import Knob, nuisance_knobs
+from rcc_sim.diagnose.problem import problem_of
+from rcc_sim.diagnose.ties import settled
+from rcc_sim.simulate.replay import drive_of, replay
+from rcc_sim.trace import Trace
+
+PULSE, ZONE, NOISE = 0.375, 0.12, 0.02
+DEAD_ZONE = "effects.throttle_dead_zone.threshold"
+GEARS = "effects.gear_loss.efficiency"
+
+
+def pulses(car):
+    """Return a log of pulses of one throttle, and what the car made of it."""
+    t = np.arange(0.0, 24.0, 0.05)
+    throttle = PULSE * (t % 8.0 > 1.0) * (t % 8.0 < 4.0)
+    commands = {"time_s": t, "throttle": throttle, "steer_cmd_rad": np.zeros(len(t))}
+    out = replay(car, drive_of(Trace(commands), car, 0.05))
+    rng = np.random.default_rng(3)
+    speed = out["speed_mps"] + NOISE * rng.standard_normal(len(t))
+    return Trace(commands | {"speed_mps": speed}, name="pulses")
+
+
+@pytest.fixture(scope="module")
+def driven():
+    """An engine whose log has a dead zone, and fits with it and with its twin."""
+    car = load_vehicle("dart_jetracer")
+    bare = car.changed(without=("throttle_dead_zone",))
+    true = bare.changed(settings={DEAD_ZONE: {"value": ZONE}})
+    problem = problem_of(pulses(true), bare)
+    return Engine([problem]), candidates_for([problem])
+
+
+def fitted(engine, key, value, step):
+    knobs = [*nuisance_knobs(engine.problems), Knob(key, value, low=0.0, step=step)]
+    return engine.fit({key: value}, knobs)
+
+
+def test_a_dead_zone_under_one_throttle_is_a_loss_of_the_gears(driven):
+    """F is proportional to throttle less the zone: to throttle times a share.
+
+    But for the row in which the throttle rises.
+    """
+    engine, _ = driven
+    zone = engine.residuals({DEAD_ZONE: ZONE})
+    gears = engine.residuals({GEARS: 1 - ZONE / PULSE})
+    for a, b in zip(zone, gears, strict=True):
+        assert np.sqrt(np.mean((a - b) ** 2)) < 0.2 * NOISE
+
+
+def test_the_one_of_usual_size_is_named_and_the_other_tied(driven):
+    engine, able = driven
+    fit = fitted(engine, GEARS, 1 - ZONE / PULSE, 0.01)
+    found = settled(engine, fit, [Cause("gear_loss", (GEARS,), 200.0)], able)
+    (cause,) = found.causes
+    assert cause.effect == "throttle_dead_zone"
+    assert "gear_loss" in cause.tied
+
+
+def test_nine_of_ten_are_no_larger_than_is_usual():
+    one = Search("effects.gear_loss.efficiency", 1.0, 0.3, 1.0, 0.9, most=0.15)
+    assert one.price(1.0) == 0.0
+    assert one.price(0.85) == pytest.approx(Z_90**2 / 2)
+    assert one.price(0.70) == pytest.approx(4 * one.price(0.85))
+    limit = Search("effects.current_limit.max_current_a", np.inf, 0.0, np.inf, 10.0)
+    assert limit.price(30.0) == 0.0
