@@ -39,7 +39,7 @@ STRETCH = 2000.0  # m over which climbs are compared
 GLITCH = 80.0  # m; a climb of a stretch beyond it is the altimeter's fault
 STEEP = 0.2  # a slope beyond it is, too
 STEP, EVEN = 50.0, 1000.0  # m; distance over which heights are evened out, at its steps
-SPEEDS = (0.5, 1.0, 1.5, 2.0)  # m/s at which a coast friction is judged
+SPEEDS = (0.5, 1.0, 1.5, 2.0)  # m/s at which a coast friction is judged, if reached
 STRAIGHT = ("road_load", "throttle_dead_zone", "accelerometer_bias", "motor_lag")
 TURNING = ("steering_lag", "sensor_delay")
 FRICTION = (1.266, 0.7393, -0.1123)  # N, N s/m, N s²/m²; as published
@@ -135,7 +135,9 @@ def dart(path: Path, withheld: str) -> str:
     if withheld != "road_load":
         return row + ", ".join(f"{k} {x:.3f}" for k, x in values.items())
     mine = [values.get(k, 0.0) for k in ("a_n", "b_n_s_per_m", "c_n_s2_per_m2")]
-    ratios = [road_load_force(v, *mine) / road_load_force(v, *FRICTION) for v in SPEEDS]
+    reached = [v for v in SPEEDS if v < np.nanmax(log.log["speed_mps"])]
+    pairs = ((road_load_force(v, *mine), road_load_force(v, *FRICTION)) for v in reached)
+    ratios = [a / b for a, b in pairs]
     return row + "of the published force " + " ".join(f"{x:.2f}" for x in ratios)
 
 
