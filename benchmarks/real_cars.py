@@ -136,8 +136,8 @@ def dart(path: Path, withheld: str) -> str:
         return row + ", ".join(f"{k} {x:.3f}" for k, x in values.items())
     mine = [values.get(k, 0.0) for k in ("a_n", "b_n_s_per_m", "c_n_s2_per_m2")]
     reached = [v for v in SPEEDS if v < np.nanmax(log.log["speed_mps"])]
-    pairs = ((road_load_force(v, *mine), road_load_force(v, *FRICTION)) for v in reached)
-    ratios = [a / b for a, b in pairs]
+    forces = [[road_load_force(v, *abc) for abc in (mine, FRICTION)] for v in reached]
+    ratios = [a / b for a, b in forces]
     return row + "of the published force " + " ".join(f"{x:.2f}" for x in ratios)
 
 

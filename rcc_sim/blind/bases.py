@@ -16,7 +16,11 @@ STABLE = 0.55  # 1; least (l + K v²) / l at the top speed: no car that spins by
 
 @dataclass(frozen=True)
 class Base:
-    """A vehicle to draw around. SI, per tyre, shaft figures at the motor."""
+    """A vehicle to draw around. SI, per tyre, shaft figures at the motor.
+
+    One whose motor is not known has no poles and no flux; what it loses is ``loss``, a
+    share of the power.
+    """
 
     name: str
     family: str  # rc or ev
@@ -45,6 +49,7 @@ class Base:
     tau_max: float = inf
     dead_zone: float = 0.0
     regen: float = inf
+    loss: float = 0.0
 
 
 BASES = (
@@ -92,10 +97,14 @@ TOLERANCES = {
     "C_rr": 0.05,
     "drag_area": 0.04,
     "P_aux": 0.10,
+    "loss": 0.10,
 }
 """One standard deviation of a stated figure, as a share of it."""
 
-EXACT = ("name", "family", "poles", "N_d", "u_0", "capacity", "v_max", "i_max", "regen")
+EXACT = (
+    *("name", "family", "poles", "N_d", "u_0", "capacity", "v_max", "i_max", "regen"),
+    "loss",
+)
 
 
 def moved(base: Base, rng: np.random.Generator) -> Base:
@@ -130,13 +139,13 @@ def stated(
 
     The file's figure is the true one times 1 + sd · N(0, 1).
     """
-    pulls = {name: float(rng.standard_normal()) for name in TOLERANCES}
+    off = {n: sd for n, sd in TOLERANCES.items() if n != "loss" or car.loss > 0}
+    pulls = {name: float(rng.standard_normal()) for name in off}
     values = {
-        name: getattr(car, name) * (1 + sd * pulls[name])
-        for name, sd in TOLERANCES.items()
+        name: getattr(car, name) * (1 + sd * pulls[name]) for name, sd in off.items()
     }
     file = replace(car, **values)
-    sds = {name: sd * getattr(file, name) for name, sd in TOLERANCES.items()}
+    sds = {name: sd * getattr(file, name) for name, sd in off.items()}
     return file, sds, pulls
 
 
@@ -152,7 +161,7 @@ def truth(car: Base, r_file: float) -> Truth:
         C_R=car.C_R,
         n=car.N_d / car.r_w,
         n_file=car.N_d / r_file,
-        K_t=1.5 * car.poles / 2 * car.flux,
+        K_t=1.5 * car.poles / 2 * car.flux or 1.0,
         K_p=car.K_p,
         K_i=car.K_i,
         i_max=car.i_max,
@@ -160,6 +169,7 @@ def truth(car: Base, r_file: float) -> Truth:
         J=car.J,
         visc=car.visc,
         R_phase=car.R_phase,
+        eta_motor=1.0 - car.loss,
         P_aux=car.P_aux,
         u_0=car.u_0,
         regen=car.regen,
@@ -174,6 +184,8 @@ def shifted(p: Truth, name: str, share: float) -> Truth:
     """Return the plant with one toleranced figure greater by a share of itself."""
     if name == "r_w":
         return p._replace(n=p.n / (1 + share))
+    if name == "loss":
+        return p._replace(eta_motor=1 - (1 - p.eta_motor) * (1 + share))
     field_of = {"flux": "K_t", "drag_area": "half_rho_A"}
     key = field_of.get(name, name)
     return p._replace(**{key: getattr(p, key) * (1 + share)})

@@ -194,7 +194,8 @@ def _effects(
     scene = Scene(
         at.car, at.p, float(most.max()), float(max(-most.min(), 0.0) * at.p.K_t)
     )
-    pool = UNKNOWNS if kind == "unknown" else draws(family)
+    lossy = at.car.loss > 0
+    pool = UNKNOWNS if kind == "unknown" else draws(family, lossy)
     names = [n for n in pool if not (n == "road_grade" and at.surveyed)]
     weights = np.array([OFTEN.get(n, 1.0) for n in names])
     weights /= weights.sum()

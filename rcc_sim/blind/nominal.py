@@ -41,6 +41,8 @@ def vehicle_text(name: str, file: Base, hidden: Collection[str]) -> str:
         ],
         "controller": _controller(file),
     }
+    if not file.poles:
+        del tables["motor"]
     for effect, lines in _effects(file, hidden).items():
         tables[f"effects.{effect}"] = lines
     return "\n\n".join("\n".join([f"[{k}]", *v]) for k, v in tables.items()) + "\n"
@@ -75,6 +77,10 @@ def _effects(file: Base, hidden: Collection[str]) -> dict[str, list[str]]:
     }
     if file.dead_zone > 0 and "dead_zone" not in hidden:
         tables["speed_dead_zone"] = [_figure("threshold_radps", file.dead_zone)]
+    if file.loss > 0:
+        scale, sd = 1 - file.loss, TOLERANCES["loss"] * file.loss
+        figure = f"{{ value = {scale:.6g}, sd = {sd:.6g} }}"
+        tables["motor_efficiency"] = [f"scale = {figure}"]
     if file.family == "rc":
         tables["reference_sampling"] = ["period_s = 0.01"]
     if "regen" not in hidden and isfinite(file.regen):

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 WHY = "for drawing cases around this vehicle"
 CAR_SPEED = 27.0  # m/s; top speed of a car's drives
+TOP = 0.95  # 1; share of its motor's top speed
 SCALED_SPEED = 5.3  # m/s; of a scaled car's, at SCALED_BASE
 SCALED_BASE = 0.324  # m; wheelbase
 PLAIN = {
@@ -25,13 +26,14 @@ PLAIN = {
     "auxiliary_load.power_w": "P_aux",
     "speed_dead_zone.threshold_radps": "dead_zone",
 }
-HANDLED = ("regeneration_limit", "reference_sampling", "road_load")
+HANDLED = ("regeneration_limit", "reference_sampling", "road_load", "motor_efficiency")
 
 
 def base_of(name: str) -> Base:
     """Return the base that a vehicle file describes.
 
-    A road load is taken apart into damping, rolling resistance and drag.
+    A road load is taken apart into damping, rolling resistance and drag; of a map of
+    efficiency the median counts.
 
     Raises
     ------
@@ -67,16 +69,20 @@ def _base(vehicle: Vehicle, family: str) -> Base:
     def maybe(key: str, otherwise: float) -> float:
         return figures[key].value if key in figures else otherwise
 
-    if vehicle.motor.poles is None:
-        raise InputError(f"{vehicle.where}: motor.poles: missing ({WHY})")
     m, r_w, N_d = (
         need("body.mass_kg"),
         need("tyres.radius_m"),
         need("drivetrain.gear_ratio"),
     )
-    flux = need("motor.flux_linkage_wb")
-    K_t = 1.5 * vehicle.motor.poles / 2 * flux
     extra = {n: maybe(f"effects.{k}", 0.0) for k, n in PLAIN.items()}
+    poles, flux, K_t = 0, 0.0, 1.0
+    if family == "rc" or extra["R_phase"] > 0:  # its current matters
+        if vehicle.motor.poles is None:
+            raise InputError(f"{vehicle.where}: motor.poles: missing ({WHY})")
+        poles, flux = vehicle.motor.poles, need("motor.flux_linkage_wb")
+        K_t = 1.5 * poles / 2 * flux
+    if "motor_efficiency" in vehicle.effects:
+        extra["loss"] = 1 - _efficiency(vehicle)
     if "road_load" in vehicle.effects:
         extra |= _road_load(figures_of(vehicle, "road_load"), m, N_d / r_w)
     amps = maybe("effects.regeneration_limit.max_current_a", inf)
@@ -92,6 +98,7 @@ def _base(vehicle: Vehicle, family: str) -> Base:
     else:
         loop = {"tau_max": need("controller.max_torque_nm")}
     volts = maybe("battery.nominal_voltage_v", 0.0)
+    fastest = min(CAR_SPEED, TOP * maybe("motor.max_speed_radps", inf) * r_w / N_d)
     return Base(
         name=vehicle.name,
         family=family,
@@ -103,12 +110,12 @@ def _base(vehicle: Vehicle, family: str) -> Base:
         C_R=need("tyres.rear_cornering_stiffness_n_per_rad"),
         r_w=r_w,
         N_d=N_d,
-        poles=vehicle.motor.poles,
+        poles=poles,
         flux=flux,
         u_0=maybe("battery.open_circuit_voltage_v", volts)
         or need("battery.open_circuit_voltage_v"),
         capacity=need("battery.capacity_ah"),
-        v_max=SCALED_SPEED * sqrt(wheelbase / SCALED_BASE) if scaled else CAR_SPEED,
+        v_max=SCALED_SPEED * sqrt(wheelbase / SCALED_BASE) if scaled else fastest,
         regen=min(amps * K_t, torque),
         **extra,
         **loop,
@@ -123,6 +130,16 @@ def figures_of(vehicle: Vehicle, effect: str) -> dict[str, float]:
         for key, figure in vehicle.figures().items()
         if key.startswith(start)
     }
+
+
+def _efficiency(vehicle: Vehicle) -> float:
+    """Return what a motor makes of its power, as one figure. [1]"""
+    import numpy as np
+
+    from rcc_sim.definitions.kernel import efficiency_map
+
+    scale = figures_of(vehicle, "motor_efficiency").get("scale", 1.0)
+    return scale * float(np.median(efficiency_map(vehicle)[2]))
 
 
 def _road_load(road: dict[str, float], m: float, n: float) -> dict[str, float]:

@@ -300,6 +300,14 @@ ONLY = {
 }  # fmt: skip
 
 
-def draws(family: str) -> dict[str, Draw]:
-    """Return the effects that may act in a family's logs, by id."""
-    return {**BOTH, **ONLY[family]}
+TERMS = ("copper_loss", "iron_loss")
+"""Losses that an efficiency as a whole stands for."""
+
+
+def draws(family: str, lossy: bool = False) -> dict[str, Draw]:
+    """Return the effects that may act in a family's logs, by id.
+
+    A car of which the efficiency is known has no single losses beside it.
+    """
+    found = {**BOTH, **ONLY[family]}
+    return {k: v for k, v in found.items() if not (lossy and k in TERMS)}
