@@ -19,7 +19,7 @@ class Base:
     """A vehicle to draw around. SI, per tyre, shaft figures at the motor.
 
     One whose motor is not known has no poles and no flux; what it loses is ``loss``, a
-    share of the power.
+    share of the power. Battery resistances are drawn in times ``sag``.
     """
 
     name: str
@@ -50,6 +50,8 @@ class Base:
     dead_zone: float = 0.0
     regen: float = inf
     loss: float = 0.0
+    R_i: float = 0.0
+    sag: float = 1.0
 
 
 BASES = (
@@ -98,12 +100,16 @@ TOLERANCES = {
     "drag_area": 0.04,
     "P_aux": 0.10,
     "loss": 0.10,
+    "R_i": 0.10,
 }
 """One standard deviation of a stated figure, as a share of it."""
 
+RARE = ("loss", "R_i")
+"""Of a user's own vehicle alone."""
+
 EXACT = (
     *("name", "family", "poles", "N_d", "u_0", "capacity", "v_max", "i_max", "regen"),
-    "loss",
+    *("loss", "R_i", "sag"),
 )
 
 
@@ -139,7 +145,7 @@ def stated(
 
     The file's figure is the true one times 1 + sd · N(0, 1).
     """
-    off = {n: sd for n, sd in TOLERANCES.items() if n != "loss" or car.loss > 0}
+    off = {n: sd for n, sd in TOLERANCES.items() if n not in RARE or getattr(car, n)}
     pulls = {name: float(rng.standard_normal()) for name in off}
     values = {
         name: getattr(car, name) * (1 + sd * pulls[name]) for name, sd in off.items()
@@ -172,6 +178,7 @@ def truth(car: Base, r_file: float) -> Truth:
         eta_motor=1.0 - car.loss,
         P_aux=car.P_aux,
         u_0=car.u_0,
+        R_i=car.R_i,
         regen=car.regen,
         dead_zone=car.dead_zone,
         C_rr=car.C_rr,

@@ -61,6 +61,7 @@ HIDES = {
     "aerodynamic_drag": "drag_area",
     "speed_dead_zone": "dead_zone",
     "regeneration_limit": "regen",
+    "battery_resistance": "R_i",
 }
 SCALES = {
     "wheel_radius": "r_w",

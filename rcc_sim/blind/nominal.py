@@ -69,6 +69,7 @@ def _effects(file: Base, hidden: Collection[str]) -> dict[str, list[str]]:
         "rolling_resistance": ("coefficient", "C_rr"),
         "aerodynamic_drag": ("drag_area_m2", "drag_area"),
         "auxiliary_load": ("power_w", "P_aux"),
+        "battery_resistance": ("resistance_ohm", "R_i"),
     }
     tables = {
         effect: [_figure(key, getattr(file, name), name)]

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 WHY = "for drawing cases around this vehicle"
 CAR_SPEED = 27.0  # m/s; top speed of a car's drives
 TOP = 0.95  # 1; share of its motor's top speed
+SAG = {"rc": (12.0, 3.78), "ev": (400.0, 2500.0)}  # V, kg; where resistances are usual
 SCALED_SPEED = 5.3  # m/s; of a scaled car's, at SCALED_BASE
 SCALED_BASE = 0.324  # m; wheelbase
 PLAIN = {
@@ -24,6 +25,7 @@ PLAIN = {
     "rolling_resistance.coefficient": "C_rr",
     "aerodynamic_drag.drag_area_m2": "drag_area",
     "auxiliary_load.power_w": "P_aux",
+    "battery_resistance.resistance_ohm": "R_i",
     "speed_dead_zone.threshold_radps": "dead_zone",
 }
 HANDLED = ("regeneration_limit", "reference_sampling", "road_load", "motor_efficiency")
@@ -98,6 +100,9 @@ def _base(vehicle: Vehicle, family: str) -> Base:
     else:
         loop = {"tau_max": need("controller.max_torque_nm")}
     volts = maybe("battery.nominal_voltage_v", 0.0)
+    u_0 = maybe("battery.open_circuit_voltage_v", volts)
+    u_0 = u_0 or need("battery.open_circuit_voltage_v")
+    volts_there, mass_there = SAG[family]
     fastest = min(CAR_SPEED, TOP * maybe("motor.max_speed_radps", inf) * r_w / N_d)
     return Base(
         name=vehicle.name,
@@ -112,11 +117,11 @@ def _base(vehicle: Vehicle, family: str) -> Base:
         N_d=N_d,
         poles=poles,
         flux=flux,
-        u_0=maybe("battery.open_circuit_voltage_v", volts)
-        or need("battery.open_circuit_voltage_v"),
+        u_0=u_0,
         capacity=need("battery.capacity_ah"),
         v_max=SCALED_SPEED * sqrt(wheelbase / SCALED_BASE) if scaled else fastest,
         regen=min(amps * K_t, torque),
+        sag=(u_0 / volts_there) ** 2 * mass_there / m,
         **extra,
         **loop,
     )

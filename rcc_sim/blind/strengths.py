@@ -189,6 +189,8 @@ def _dry(scene: Scene, rng: np.random.Generator) -> float:
     return float(C) * scene.p.m * GRAVITY / scene.p.n
 
 
+RESISTANCE = _either((0.02, 0.08), (0.03, 0.12), False)
+
 BOTH: dict[str, Draw] = {
     "drivetrain_damping": _hidden("drivetrain_damping", "damping_nms_per_rad", "visc"),
     "rotor_inertia": _hidden("rotor_inertia", "inertia_kgm2", "J"),
@@ -207,7 +209,7 @@ BOTH: dict[str, Draw] = {
     "auxiliary_load": _auxiliary,
     "battery_resistance": _plain(
         "battery_resistance", "resistance_ohm", "R_i",
-        _either((0.02, 0.08), (0.03, 0.12), False), 0.0,
+        lambda s, rng: s.car.sag * RESISTANCE(s, rng), 0.0,
     ),
     "regeneration_limit": _regeneration,
     "rolling_resistance": _rolling,
