@@ -16,7 +16,13 @@ from rcc_sim.analyse.gap_regimes import moving_mean, rows_in
 from rcc_sim.analyse.heading import TURN_RATE, measured_turn, turn_rate
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.physics.step import SLIP_BLEND
-from rcc_sim.simulate.replay import Drive, drive_of, integral_of, replay
+from rcc_sim.simulate.replay import (
+    Drive,
+    drive_of,
+    integral_of,
+    is_surveyed,
+    replay,
+)
 from rcc_sim.trace import Trace
 from rcc_sim.units import RHO_AIR, G
 
@@ -307,7 +313,7 @@ class Problem:
     @property
     def surveyed(self) -> bool:
         """Whether the log tells the slope of the road."""
-        return "elevation_m" in self.log or "slope" in self.log
+        return is_surveyed(self.log)
 
     def on_road(self, distance: Array, slope: Array) -> Problem:
         """The same drive with that slope on top of its road's, over distance."""

@@ -71,7 +71,8 @@ class Drive:
         Speed reference [m/s], steering angle [rad], throttle [1] and auxiliary power
         [W] at the rows.
     road : (distance, slope)
-        Slope of the road [1] over distance from the first row [m].
+        Slope of the road [1] over distance from the first row, as the log's speeds
+        make it; of a road that the file states, true. [m]
     measured : tuple of ndarray
         Speed [m/s], motor current [A], yaw rate [rad/s], motor torque [N m], NaN where
         not known; acceleration [m/s²] that bends the speed between the rows.
@@ -84,6 +85,9 @@ class Drive:
     held : tuple of bool
         Whether reference and steering hold between the rows, as digital commands do,
         or run straight, as the throttle does.
+    stated, climbed : bool
+        Whether the file states the road; whether its slope is what the log's elevation
+        gains over that distance.
     """
 
     time: Array
@@ -96,6 +100,8 @@ class Drive:
     start: float = 0.0
     distance: Array | None = None
     held: tuple[bool, bool] = (False, False)
+    stated: bool = False
+    climbed: bool = False
 
     @property
     def turns_as_measured(self) -> bool:
@@ -178,7 +184,7 @@ def replay(
         P,
         work,
         (drive.time, *drive.commands, drive.held),
-        drive.road,
+        road_driven(vehicle, drive),
         as_true(vehicle, drive),
         (efficiency_map(vehicle), force_table(vehicle)),
         delay_lines(values),
@@ -218,18 +224,11 @@ def as_true(vehicle: Vehicle, drive: Drive) -> Measured:
     ``speed_mps`` is the motor's speed with the file's tyre radius; a reading that is
     late belongs to an earlier row.
     """
-
-    def stated(effect: str, name: str, neutral: float) -> float:
-        figure = vehicle.effects.get(effect, {}).get(name)
-        return figure.value if isinstance(figure, Figure) else neutral
-
-    rolled = stated("wheel_radius", "scale", 1.0) / stated(
-        "speed_sensor_scale", "scale", 1.0
-    )
-    drawn = 1.0 / stated("current_sensor_scale", "scale", 1.0)
-    late = stated("sensor_delay", "delay_s", 0.0)
+    rolled = speed_share(vehicle)
+    drawn = 1.0 / figure_of(vehicle, "current_sensor_scale", "scale", 1.0)
+    late = figure_of(vehicle, "sensor_delay", "delay_s", 0.0)
     of_speed, of_yaw, of_motor = (
-        late + stated("sensor_delay", f"{name}_delay_s", 0.0)
+        late + figure_of(vehicle, "sensor_delay", f"{name}_delay_s", 0.0)
         for name in ("speed", "yaw_rate", "motor_current")
     )
     speed, current, yaw_rate, torque, accel = drive.measured
@@ -242,6 +241,31 @@ def as_true(vehicle: Vehicle, drive: Drive) -> Measured:
         earlier(drive, torque, of_motor),
         earlier(drive, accel, of_speed),
     )
+
+
+def figure_of(vehicle: Vehicle, effect: str, name: str, neutral: float) -> float:
+    """Return a figure of an effect, or what it is where the file has none."""
+    figure = vehicle.effects.get(effect, {}).get(name)
+    return figure.value if isinstance(figure, Figure) else neutral
+
+
+def speed_share(vehicle: Vehicle) -> float:
+    """Return the true speed over the logged one. [1]"""
+    rolled = figure_of(vehicle, "wheel_radius", "scale", 1.0)
+    return rolled / figure_of(vehicle, "speed_sensor_scale", "scale", 1.0)
+
+
+def road_driven(vehicle: Vehicle, drive: Drive) -> tuple[Array, Array]:
+    """Return the slope over the distance that was truly driven. [m], [1]
+
+    A place of the log's road is farther on by as much as its speeds are low, and its
+    elevation is gained over that much more.
+    """
+    share = speed_share(vehicle)
+    if drive.stated or share == 1.0:
+        return drive.road
+    distance, slope = drive.road
+    return distance * share, slope / share if drive.climbed else slope
 
 
 def earlier(drive: Drive, values: Array, delay: float) -> Array:
@@ -328,6 +352,8 @@ def drive_of(
         start,
         distance,
         (holds(ref), holds(steer)),
+        stated=distance is not None and not is_surveyed(log),
+        climbed=has(log, "elevation_m") and not has(log, "slope"),
     )
 
 
@@ -369,13 +395,17 @@ def integral_of(time: Array, rate: Array) -> Array:
     return np.concatenate([[0.0], np.cumsum(steps)])
 
 
+def is_surveyed(log: Trace) -> bool:
+    """Tell whether a log holds the slope of its road, or its elevation."""
+    return has(log, "elevation_m") or has(log, "slope")
+
+
 def _road(
     log: Trace, vehicle: Vehicle, time: Array, speed: Array
 ) -> tuple[tuple[Array, Array], Array | None]:
     """Return the slope over distance that log or file know, and the rows' distances."""
-    surveyed = has(log, "elevation_m") or has(log, "slope")
-    stated = None if surveyed else road_of(vehicle)
-    if not surveyed and stated is None:
+    stated = None if is_surveyed(log) else road_of(vehicle)
+    if not is_surveyed(log) and stated is None:
         return (np.zeros(1), np.zeros(1)), None
     v = np.where(np.isfinite(speed), speed, 0.0)
     distance = np.maximum.accumulate(integral_of(time, v))

@@ -33,23 +33,34 @@ def surveyed_slope(distance: Array, elevation: Array) -> tuple[Array, Array]:
     edges = np.linspace(s[0], s[-1], k + 1)
     cell = np.clip(np.searchsorted(edges, s, side="right") - 1, 0, k - 1)
     count = np.bincount(cell, minlength=k).astype(float)
+    used = count > 0
     mean = np.bincount(cell, h, minlength=k) / np.maximum(count, 1)
-    spread = np.bincount(cell, (h - mean[cell]) ** 2, minlength=k).sum()
-    noise2 = max(spread / max(len(h) - (count > 0).sum(), 1), 1e-12)
+    place = np.bincount(cell, s, minlength=k) / np.maximum(count, 1)
+    noise2 = within(cell, s - place[cell], h - mean[cell], k)
     bands = second_differences(k)
     step = edges[1] - edges[0]
-    used = count > 0
     best = (-np.inf, mean)
+    # a car that waits in a cell was not in its middle: heights run straight between
+    where = (place - edges[0]) / step - 0.5
+    left = np.clip(np.floor(where), 0, k - 2).astype(int)
+    share = np.where(used, where - left, 0.0)
     weight = count / noise2
-    b = weight * mean
+    seen = np.zeros((3, k))
+    np.add.at(seen[2], left, weight * (1 - share) ** 2)
+    np.add.at(seen[2], left + 1, weight * share**2)
+    np.add.at(seen[1], left + 1, weight * share * (1 - share))
+    b = np.zeros(k)
+    np.add.at(b, left, weight * (1 - share) * mean)
+    np.add.at(b, left + 1, weight * share * mean)
     for strength in np.logspace(-6, 0, 25):
         # second difference of height ~ N(0, q2)
         q2 = (strength * step) ** 2
-        N = bands / q2
-        N[-1] += weight + 1e-9 * weight.mean()
+        N = bands / q2 + seen
+        N[-1] += 1e-9 * weight.mean()
         C = cholesky_banded(N)
         x = cho_solve_banded((C, False), b)
-        fit = (count[used] * (mean[used] - x[used]) ** 2).sum() / noise2
+        there = (1 - share) * x[left] + share * x[left + 1]
+        fit = (count[used] * (mean[used] - there[used]) ** 2).sum() / noise2
         rough = (np.diff(x, 2) ** 2).sum() / q2
         value = -0.5 * (fit + rough) - np.log(C[-1]).sum() - (k - 2) / 2 * np.log(q2)
         if value > best[0]:
@@ -58,6 +69,17 @@ def surveyed_slope(distance: Array, elevation: Array) -> tuple[Array, Array]:
     dh = np.diff(best[1])
     run = np.sqrt(np.maximum(step**2 - dh**2, 1e-12))
     return 0.5 * (middle[1:] + middle[:-1]), dh / run
+
+
+def within(cell: NDArray[np.int_], s: Array, h: Array, k: int) -> float:
+    """Variance of heights [m²] about a straight slope in each of k cells."""
+    along, across, rise = (
+        np.bincount(cell, x, minlength=k) for x in (s * s, h * s, h * h)
+    )
+    sloped = along > 0
+    left = rise.sum() - (across[sloped] ** 2 / along[sloped]).sum()
+    free = len(h) - len(np.unique(cell)) - int(sloped.sum())
+    return max(float(left) / max(free, 1), 1e-12)
 
 
 def second_differences(k: int) -> Array:
