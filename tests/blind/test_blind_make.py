@@ -20,6 +20,7 @@ from rcc_sim.blind.strengths import draws
 from rcc_sim.blind.unknowns import UNKNOWNS
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.errors import CheckFailed, InputError
+from rcc_sim.simulate.replay import drive_of, replay
 from rcc_sim.trace import read_trace
 
 
@@ -189,6 +190,34 @@ def test_a_users_own_vehicle_is_drawn_around(tmp_path):
     assert drawn.body.mass_kg.value == pytest.approx(base.m, rel=0.35)
 
 
+@pytest.mark.parametrize("name", ["bmw_i3", "r1t_epa", "tesla_model_3", "twizy"])
+def test_a_car_of_known_efficiency_is_drawn_around(name, tmp_path):
+    """Battery power is the shaft's by that efficiency, and the rest of the cars'."""
+    base = base_of(name)
+    seal = make(tmp_path / "own", cases=1, seed=2, kinds=["null"], base=base)
+    assert opened(tmp_path / "own", seal.labels)["cases"]["c0000"]["base"] == name
+    drawn = load_vehicle(tmp_path / "own" / "c0000" / "vehicle.toml")
+    scale = drawn.figures()["effects.motor_efficiency.scale"]
+    assert 1 - scale.value == pytest.approx(base.loss, rel=0.5)
+    assert not {"copper_loss", "iron_loss"} & drawn.effects.keys()
+    log = read_trace(tmp_path / "own" / "c0000" / "log.csv.gz")
+    found = replay(drawn, drive_of(log, drawn))
+    measured = log["battery_voltage_v"] * log["battery_current_a"]
+    energy = np.nansum(found["battery_power_w"]) / np.nansum(measured)
+    assert energy == pytest.approx(1.0, abs=0.15)
+
+
+def test_single_losses_do_not_act_beside_an_efficiency():
+    assert {"copper_loss", "iron_loss"} <= set(draws("ev"))
+    assert not {"copper_loss", "iron_loss"} & set(draws("ev", lossy=True))
+
+
+@pytest.mark.parametrize("name, times", [("twizy", 0.07), ("tesla_model_3", 1.0)])
+def test_a_low_voltage_makes_resistances_small(name, times):
+    """The share of the voltage that is lost stays, at a power that goes with mass."""
+    assert base_of(name).sag == pytest.approx(times, rel=0.1)
+
+
 @pytest.mark.parametrize(
     "words, says",
     [
@@ -196,7 +225,6 @@ def test_a_users_own_vehicle_is_drawn_around(tmp_path):
         (["--family", "boat"], "boat"),
         (["--cases", "0"], "at least 1"),
         (["--vehicle", "dart_jetracer"], "controller.mode"),
-        (["--vehicle", "r1t"], "motor.poles"),
         (["--labels", "out/labels.json"], "among the cases"),
     ],
 )

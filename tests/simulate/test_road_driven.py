@@ -5,6 +5,7 @@ import pytest
 
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.simulate.replay import drive_of, replay
+from rcc_sim.simulate.road import surveyed_slope
 from rcc_sim.trace import Trace
 from rcc_sim.units import G
 
@@ -57,3 +58,14 @@ def test_the_first_climb_costs_its_height_whatever_the_speeds_say():
     top = int(np.argmax(true["elevation_m"][:600]))
     weight = car.body.mass_kg.value * G
     assert work[top] == pytest.approx(weight * true["elevation_m"][top], rel=0.01)
+
+
+@pytest.mark.parametrize("waits", [0.0, 60.0])
+def test_a_car_that_waits_on_a_slope_surveys_it_where_it_stands(waits):
+    """All its rows there are one place, not the middle of a stretch of road."""
+    s = np.linspace(0.0, 3000.0, 3000)
+    rows = 1 + int(waits) * 10 * ((s == 0) | (np.arange(3000) % 1000 == 500))
+    at = np.repeat(s, rows)
+    where, slope = surveyed_slope(at, hills(at))
+    true = HILL * 2 * np.pi / LONG * np.cos(2 * np.pi * where / LONG)
+    assert np.abs(slope - true).max() < 2.5e-3
