@@ -158,6 +158,8 @@ ADVICE = {
     "drivetrain.gear_ratio": "motor turns per wheel turn",
     "motor.poles": "number of poles, not of pole pairs: an even number",
     "controller.mode": 'one of "speed", "torque", "throttle"',
+    "controller.force_scale": "what force_n is multiplied by; its sd is what a charge "
+    "that is not logged does",
     "vehicle.name": "letters, digits, _ . and - only",
 }
 """Key -> what to say when its value is refused."""

@@ -1,0 +1,38 @@
+"""The force map times a factor: a battery that no log holds."""
+
+import numpy as np
+import pytest
+
+from rcc_sim.definitions.kernel import force_table
+from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose.knobs import tolerance_knobs
+from rcc_sim.diagnose.problem import problem_of
+from rcc_sim.simulate.replay import drive_of, replay
+from rcc_sim.trace import Trace
+
+
+def pushed(car, seconds=1.0):
+    t = np.arange(0.0, seconds, 0.02)
+    log = {"time_s": t, "throttle": np.full(len(t), 0.4)}
+    return Trace(log | {"steer_cmd_rad": 0 * t, "speed_mps": np.nan * t}, name="push")
+
+
+def test_force_goes_with_the_factor():
+    """From standstill, without friction and lag, v is F t / m at first."""
+    late = ("road_load", "motor_lag", "sensor_delay")
+    car = load_vehicle("dart_jetracer").changed(without=late)
+    weak = car.changed(settings={"controller.force_scale": 0.8})
+    assert force_table(weak)[2] == pytest.approx(0.8 * force_table(car)[2])
+    log = pushed(car)
+    fast, slow = (replay(c, drive_of(log, c))["speed_mps"][5] for c in (car, weak))
+    assert slow / fast == pytest.approx(0.8, abs=0.02)
+
+
+def test_its_doubt_is_one_of_the_tolerances():
+    car = load_vehicle("dart_jetracer")
+    log = pushed(car, 10.0)
+    speed = np.minimum(log["time_s"], 2.0)
+    columns = {n: log[n] for n in ("time_s", "throttle", "steer_cmd_rad")}
+    known = Trace({**columns, "speed_mps": speed}, name="push")
+    knobs = {k.key: k for k in tolerance_knobs(problem_of(known, car))}
+    assert knobs["controller.force_scale"].sd == pytest.approx(0.05)
