@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from math import inf, isfinite, sqrt
+from math import inf, isfinite, log1p, sqrt
 
 import numpy as np
 
-from rcc_sim.definitions.figure import Z_90
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.errors import InputError, did_you_mean
@@ -49,6 +48,10 @@ radius is no better defined than by what its tyre slips."""
 
 BEYOND = 2.5
 """Times its typical departure from neutral that a scale, a wind or a slope may have."""
+
+FREEDOM, T_90 = 4.0, 2.132
+"""Degrees of freedom of what strengths are likely, and the t within which nine in ten
+are."""
 
 OUTDOORS = {"headwind", "road_grade"}
 
@@ -119,11 +122,13 @@ class Search:
     def price(self, x: float) -> float:
         """Nats that a strength costs: nine of ten are no larger than is usual.
 
-        A normal prior on the distance from neutral; a limit, which has none, is free.
+        Student's t on the distance from neutral, because what is usual is known
+        roughly; a limit, which has no such distance, is free.
         """
         if not isfinite(self.neutral):
             return 0.0
-        return 0.5 * (Z_90 * (x - self.neutral) / self.most) ** 2
+        t = T_90 * (x - self.neutral) / self.most
+        return 0.5 * (FREEDOM + 1) * log1p(t**2 / FREEDOM)
 
 
 @dataclass(frozen=True)
