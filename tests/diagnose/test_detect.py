@@ -9,8 +9,9 @@ import pytest
 from rcc_sim.analyse.logged import open_log
 from rcc_sim.definitions.cycle import Cycle, parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.candidates import Search
-from rcc_sim.diagnose.detect import Shown, least_seen
+from rcc_sim.diagnose.candidates import Search, candidates_for
+from rcc_sim.diagnose.detect import Shown, least_seen, shows_likely
+from rcc_sim.diagnose.problem import problem_of
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.simulate.run import simulate
 from rcc_sim.trace import Trace, write_trace
@@ -38,6 +39,25 @@ def test_a_grid_tells_nothing_beyond_it_and_a_limit_its_highest():
     limit = Search("effects.a.b", inf, 0.0, inf, 5.0, (5.0, 10.0, 20.0))
     tried = [Shown(5.0, 90.0), Shown(10.0, 30.0), Shown(20.0, 1.0)]
     assert least_seen(limit, tried, 18.0) == 10.0
+
+
+def test_what_shows_at_its_likely_strength_is_identifiable():
+    lag = Search("effects.a.b", 0.0, 0.0, 1.0, 0.08, most=0.3, likely=0.08)
+    assert shows_likely(lag, 0.05)
+    assert not shows_likely(lag, 0.1)  # 0.3 would show, and is not likely
+    assert not shows_likely(lag, None)
+    limit = Search("effects.a.b", inf, 0.0, inf, 5.0)
+    assert shows_likely(limit, 20.0) and not shows_likely(limit, None)
+
+
+def test_of_what_runs_over_decades_the_middle_is_likely():
+    car = load_vehicle("dart_jetracer").changed(without=("motor_lag",))
+    t = np.arange(0.0, 10.0, 0.1)
+    log = {"time_s": t, "throttle": 0.3 * (t > 1), "speed_mps": np.minimum(t, 1.0)}
+    able = candidates_for([problem_of(Trace(log, name="log"), car)])
+    searches = {c.effect: c.searches[0] for c in able}
+    assert searches["motor_lag"].likely == pytest.approx((0.02 * 0.3) ** 0.5)
+    assert searches["gear_loss"].likely == pytest.approx(0.15)
 
 
 @pytest.fixture(scope="module")
