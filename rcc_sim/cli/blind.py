@@ -41,9 +41,15 @@ def make(
     cases: Annotated[int, typer.Option(help="How many.")] = 20,
     seed: Annotated[int, typer.Option(help="Same seed, same bytes.", min=0)] = 0,
     kinds: Annotated[
-        str, typer.Option(help="Of single, pair, null, unknown; by commas.")
+        str,
+        typer.Option(
+            help="Of single and pair (one effect, or two, withheld), null (none), "
+            "unknown (one of no library); by commas."
+        ),
     ] = "single,pair,null,unknown",
-    family: Annotated[str, typer.Option(help="Of rc, ev; by commas.")] = "rc,ev",
+    family: Annotated[
+        str, typer.Option(help="Of rc, ev; by commas. With --vehicle, its own.")
+    ] = "rc,ev",
     vehicle: Annotated[
         str | None, typer.Option(help="Draw around this vehicle instead.")
     ] = None,

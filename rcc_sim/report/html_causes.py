@@ -165,7 +165,7 @@ def held_out(report: Report) -> Markup:
             "energy": _gap(shrink.get("energy_gap_percent_before")),
         },
         {
-            "what": "with the cause put in",
+            "what": "with the mended vehicle",
             "left": figures(after),
             "bar": bar((0.0, float(after)), 0.0, most, "a"),
             "energy": _gap(shrink.get("energy_gap_percent_after")),

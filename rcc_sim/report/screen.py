@@ -81,6 +81,7 @@ def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
     if found.asserted:
         yield from _proof(found)
         yield from _ledger(found)
+        yield from _moved(found)
     if found.left.is_real:
         left = found.left
         yield (
@@ -183,6 +184,20 @@ def _ledger(found: Diagnosis) -> Iterator[tuple[str, str]]:
         f"unexplained {_wh(prices.unexplained_wh)}",
     ]
     yield "ENERGY", ", ".join(steps)
+
+
+def _moved(found: Diagnosis) -> Iterator[tuple[str, str]]:
+    """Stated figures that the logs moved farthest, in their sds."""
+    knobs = [k for k in found.fit.knobs if k.key in found.vehicle.figures()]
+    pulls = {
+        k.key: (found.fit.values[k.key] - k.value) / k.sd
+        for k in knobs
+        if np.isfinite(k.sd)
+    }
+    far = sorted((k for k in pulls if abs(pulls[k]) >= 1), key=lambda k: -abs(pulls[k]))
+    if far:
+        told = (f"{key} {pulls[key]:+.1f} sd" for key in far[:SHOWN])
+        yield "MOVED", ", ".join(told)
 
 
 def _wh(energy: float | None) -> str:

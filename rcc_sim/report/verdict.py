@@ -92,7 +92,10 @@ def _because(diagnosis: Mapping[str, Any]) -> str:
 
 
 def _mended(diagnosis: Mapping[str, Any]) -> str:
-    """Return the energy gap, and what is left of it once the causes are in."""
+    """Return the energy gap, and what the mended vehicle leaves of it.
+
+    It has the causes, and the stated figures as the log moved them.
+    """
     energy = diagnosis.get("where", {}).get("energy") or {}
     shrink = diagnosis.get("shrink") or {}
     gap = shrink.get("energy_gap_percent_before", energy.get("gap_percent"))
@@ -102,8 +105,7 @@ def _mended(diagnosis: Mapping[str, Any]) -> str:
     there = "taken there" if shrink.get("held_out") else "that the log took"
     text = f"of the energy {there}, the model {_missed(gap, 3)}"
     if after is not None:
-        them = "it is" if len(diagnosis.get("causes") or []) == 1 else "they are"
-        text += f", and {_missed(after, 2)} once {them} put in"
+        text += f", and {_missed(after, 2)} once it is mended"
     return text
 
 

@@ -174,6 +174,13 @@ def test_a_page_with_parts_missing_is_still_whole(part):
     assert "None" not in read.text and "nan" not in read.text
 
 
+def test_what_is_left_is_left_by_the_mended_vehicle(report):
+    """It has the causes, and the stated figures as the log moved them."""
+    verdict = verdict_of(report.diagnosis)
+    assert verdict.rstrip(".").endswith("once it is mended")
+    assert "with the mended vehicle" in page(report)
+
+
 def test_gap_alone_has_a_verdict_and_its_place(report):
     where = report.diagnosis["where"]
     verdict = verdict_of({"where": where})

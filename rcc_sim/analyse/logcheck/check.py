@@ -140,7 +140,8 @@ def _refuse(trace: Trace) -> None:
     if len(trace.columns) < 2:
         raise InputError(f"{trace.name}: no channel besides time_s")
     if len(trace) < FEWEST:
-        raise InputError(f"{trace.name}: {len(trace)} rows are no log")
+        what = f"{trace.name}: {len(trace)} rows are no log"
+        raise InputError(what, f"a log has {FEWEST} at least")
 
 
 def _finite(trace: Trace, keep: Mask, findings: list[Finding]) -> dict[str, Array]:
