@@ -16,6 +16,7 @@ from rcc_sim.diagnose.menu import Run, level_column, limits_of, menu
 from rcc_sim.diagnose.run import Diagnosis
 from rcc_sim.errors import InputError
 from rcc_sim.readers import write_commands
+from rcc_sim.simulate.replay import speed_share
 from rcc_sim.trace import Trace, write_trace
 
 Array = NDArray[np.float64]
@@ -32,13 +33,18 @@ def write_mended(found: Diagnosis, path: Path) -> None:
     effects: dict[str, dict[str, Any]] = {}
     for name, figures in found.effects().items():
         effects[name] = dict(figures)
+    values = {e: {k: f.value for k, f in of.items()} for e, of in effects.items()}
+    # a profile lies along the log's distances; a road that a file states is true
+    share = speed_share(found.vehicle.changed(effects=values))
     for a in found.asserted:
         profile = a.cause.profiles.get(0)
         if profile is not None and profile.along == "distance_m":
             beside = path.with_name(f"{path.stem}.{a.cause.effect}.csv")
             distance, slope = beyond(profile.knots, profile.value)
             stated = road_of(found.vehicle)
-            if stated is not None:  # which this one stands in place of
+            if stated is None:
+                distance = distance * share
+            else:  # which this one stands in place of
                 every = np.union1d(distance, stated[0])
                 slope = np.interp(every, distance, slope) + np.interp(every, *stated)
                 distance = every

@@ -13,6 +13,7 @@ from rcc_sim.diagnose.deliver import varying, write_mended, write_profiles
 from rcc_sim.diagnose.problem import problem_of
 from rcc_sim.diagnose.profile import Profile
 from rcc_sim.diagnose.verdict import Asserted, Estimate
+from rcc_sim.simulate.replay import drive_of, replay
 from rcc_sim.trace import Trace, read_trace
 
 SLOPE = "effects.road_grade.slope"
@@ -88,3 +89,17 @@ def test_beyond_the_log_the_mended_road_is_the_stated_one(tmp_path):
     slope = np.interp([0.0, 150.0, 600.0, 750.0, 5000.0], *road_of(mended))
     slope += mended.figures()[SLOPE].value
     assert slope == pytest.approx([0.01, 0.03, 0.01, 0.0, 0.0], abs=1e-9)
+
+
+def test_the_mended_road_is_the_one_that_was_fitted_where_the_speeds_are_off(tmp_path):
+    car = load_vehicle("r1t_epa")
+    one, found = problem(car, 60.0), hill(700, 0.03)
+    told = diagnosis(car, [one], {0: found})
+    of = {"road_grade": {"slope": Figure(0.0, 0.006)}}
+    told.effects = lambda: of | {"wheel_radius": {"scale": Figure(1.04, 0.002)}}
+    write_mended(told, tmp_path / "mended.toml")
+    mended = load_vehicle(tmp_path / "mended.toml")
+    rolled = car.changed(settings={"effects.wheel_radius.scale": 1.04})
+    fitted = replay(rolled, one.on_road(found.knots, found.value).drive)
+    power = replay(mended, drive_of(one.log, mended))["battery_power_w"]
+    assert power == pytest.approx(fitted["battery_power_w"], rel=1e-3, abs=1.0)
