@@ -20,12 +20,14 @@ from rcc_sim.analyse.gap_power import (
     power_of,
 )
 from rcc_sim.analyse.gap_regimes import (
+    HELD,
     REGIMES,
     RegimeGap,
     Scale,
     labels,
     regime_gaps,
     rows_in,
+    stands,
 )
 from rcc_sim.analyse.gap_replays import Progress, Tolerances, predicted, tolerances
 from rcc_sim.analyse.gap_stages import StageGap, stage_gaps, untorqued
@@ -281,12 +283,15 @@ def _compared(
         np.isfinite(drive.measured[0]), drive.measured[0], simulated["speed_mps"]
     )
     moves = speed > SLOW * scale.speed
+    held = stands(speed, scale) if drive.imposed else np.zeros(len(speed), bool)
     out = {}
     for name in channels:
         e = log[name] - simulated[name]
         e[0] = np.nan  # a mean over the time before the first row is not known
         if name in LATERAL:
             e = np.where(moves, e, np.nan)
+        if name in HELD:
+            e = np.where(held, np.nan, e)
         if np.isfinite(e).any():
             out[name] = e
     return out

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,6 +47,9 @@ class EnergyGap:
         the time step. [Wh]
     bias_wh : float
         The part of ``noise_wh`` that is a constant bias of the battery's sensors. [Wh]
+    by_figure : dict
+        Figure of the file -> what one sd more of it adds to the simulated energy,
+        largest first; ``tolerance_wh`` is the root of their squares' sum. [Wh]
     """
 
     at: str
@@ -56,6 +59,7 @@ class EnergyGap:
     tolerance_wh: float = 0.0
     numerical_wh: float = 0.0
     bias_wh: float = 0.0
+    by_figure: dict[str, float] = field(default_factory=dict)
 
     @property
     def gap_wh(self) -> float | None:
@@ -199,13 +203,17 @@ def _bias(log: Trace, vehicle: Vehicle, column: str) -> float:
 
 def energy_tolerance(weights: Array, tolerances: Tolerances, column: str) -> float:
     """Return the uncertainty of a simulated energy that the file's sds leave. [Wh]"""
+    return float(np.linalg.norm(energy_shifts(weights, tolerances, column)))
+
+
+def energy_shifts(weights: Array, tolerances: Tolerances, column: str) -> Array:
+    """Return what one sd more of each figure adds to a simulated energy. [Wh]"""
     moved = tolerances.moved.get(column)
     if moved is None or not len(moved):
-        return 0.0
+        return np.zeros(0)
     w = weights[tolerances.rows]
-    whole = float(weights.sum() / max(w.sum(), 1e-30))
-    shifts = np.where(np.isfinite(moved), moved, 0.0) @ w * whole
-    return float(np.sqrt((shifts**2).sum())) / J_PER_WH
+    whole = float(weights.sum() / max(w.sum(), 1e-30)) / J_PER_WH
+    return np.asarray(np.where(np.isfinite(moved), moved, 0.0) @ w * whole)
 
 
 def share_uncertainty(

@@ -13,6 +13,7 @@ from rcc_sim.analyse.gap_energy import (
     EnergyGap,
     bias_noise,
     energy_noise,
+    energy_shifts,
     energy_tolerance,
     logged_power,
     row_weights,
@@ -85,9 +86,15 @@ def energy_gap(
         noise_wh=float(np.hypot(noise, bias)),
         tolerance_wh=energy_tolerance(weights, moved, POWER),
         bias_wh=bias,
+        by_figure=_by_figure(moved, energy_shifts(weights, moved, POWER)),
     )
     step = _step_error(vehicle, drive, at, model, weights)
     return replace(energy, numerical_wh=step), measured, weights, moved
+
+
+def _by_figure(moved: Tolerances, shifts: Array) -> dict[str, float]:
+    found = [(k, float(x)) for k, x in zip(moved.keys, shifts, strict=True) if x]
+    return dict(sorted(found, key=lambda pair: -abs(pair[1])))
 
 
 def _power_moved(

@@ -21,6 +21,10 @@ REGIMES = (
 STANDS = 0.02
 """Speed, of the vehicle's own, below which it stands. [1]"""
 
+HELD = ("motor_torque_nm", "motor_current_a")
+"""Columns that a motion tells nothing of while the vehicle stands: a motor that creeps
+against the brakes or holds the car on a hill is not seen to do so."""
+
 LAUNCHES = 0.3
 """Speed, of the vehicle's own, up to which an acceleration is a launch. [1]"""
 
@@ -86,6 +90,11 @@ def moving_mean(x: Array, rows: int) -> Array:
     return np.asarray((total[2 * half + 1 :] - total[: len(x)]) / (2 * half + 1))
 
 
+def stands(speed: Array, scale: Scale) -> NDArray[np.bool_]:
+    """Return the rows at which the vehicle stands."""
+    return np.asarray(speed < STANDS * scale.speed)
+
+
 def labels(
     time: Array, speed: Array, yaw_rate: Array, torque: Array, scale: Scale
 ) -> Labels:
@@ -112,7 +121,7 @@ def labels(
     )
     idle = np.abs(tau) <= IDLE * max(float(np.max(np.abs(tau))), 1e-12)
     kinds = (
-        (v < STANDS * scale.speed) & (np.abs(a) < slow),
+        stands(v, scale) & (np.abs(a) < slow),
         corners & (turning > gentle),
         corners & (turning < -gentle),
         corners,

@@ -9,7 +9,7 @@ from rcc_sim.analyse.gap import Gap
 from rcc_sim.analyse.gap_energy import COVERAGE, EnergyGap
 
 SHOWN = 5
-"""Windows that the screen shows."""
+"""Windows, and unsure figures, that the screen shows."""
 
 
 def document(gap: Gap) -> dict[str, Any]:
@@ -37,6 +37,7 @@ def where(gap: Gap) -> dict[str, Any]:
         "channels": [{**asdict(c), "ratio": c.ratio} for c in gap.channels],
         "regimes": [asdict(regime) for regime in gap.regimes],
         "stages": stages(gap),
+        "figures": figures(gap),
         "windows": [asdict(window) for window in gap.windows],
     }
 
@@ -54,6 +55,11 @@ def stages(gap: Gap) -> list[dict[str, Any]]:
         }
         for s in gap.stages
     ]
+
+
+def figures(gap: Gap) -> list[dict[str, Any]]:
+    """Return what one sd of each stated figure does to the energy, largest first."""
+    return [{"key": key, "u_wh": wh} for key, wh in gap.energy.by_figure.items()]
 
 
 def energy_block(energy: EnergyGap) -> dict[str, Any]:
@@ -93,6 +99,8 @@ def rows(gap: Gap) -> list[dict[str, Any]]:
         put("regime", regime.regime, asdict(regime))
     for stage in gap.stages:
         put("stage", stage.stage, asdict(stage))
+    for figure in figures(gap):
+        put("figure", figure["key"], figure)
     for window in gap.windows:
         put("window", window.channel, asdict(window))
     return out
@@ -145,6 +153,7 @@ def tables(gap: Gap) -> list[tuple[str, list[dict[str, Any]]]]:
         ("By channel", channels),
         ("By kind of driving", regimes),
         ("By stage", stages(gap)),
+        ("What the file is unsure of, one sd more", figures(gap)[:SHOWN]),
         ("When", found),
     ]
     return [(title, table) for title, table in parts if table]

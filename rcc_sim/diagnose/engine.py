@@ -60,8 +60,12 @@ hand numpy's many short steps over more often than they work."""
 THREAD = "rccsim-engine"
 """What the names of the pool's threads begin with."""
 
-BENT = (1, 3)
+BENT = (1, 3, 6, 9, 12, 15)
 """Rounds of a fit before which signals are found anew, bent by then."""
+
+PATIENT, ROUNDS = 6, 18
+"""Rounds from which on a fit goes on only while each settles something, and most of
+them: where mass and a rotor's inertia trade, a valley bends at every step."""
 
 LEAPS, SETTLED = 4, 0.5
 """Times that signals are found anew at most, and nats below which no more."""
@@ -250,7 +254,7 @@ class Engine:
         """
         now = self.evaluate({**{k.key: k.value for k in knobs}, **start}, knobs, noise)
         now = replace(now, signals=self.signals(now.values, now.knobs))
-        for rounds in (2, 6) if noise is None else (6,):
+        for rounds in (2, ROUNDS) if noise is None else (ROUNDS,):
             along = self.whitened(now.signals, now.noise)
             now = self.improve(now, tangent=along, anew=BENT, rounds=rounds)
             learnt = self.learn_noise(now.residuals)
@@ -288,7 +292,7 @@ class Engine:
                 break
             gain = new.score - now.score
             now = replace(new, information=H, signals=tangent.signals)
-            if gain < LITTLE and turn > 0:
+            if turn > 0 and gain < (LITTLE if turn < PATIENT else SETTLED):
                 break
         return now
 

@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 
 from rcc_sim.analyse.gap_energy import logged_power
 from rcc_sim.definitions.figure import Z_90
+from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import figures_of
 from rcc_sim.diagnose.noise import FREEDOM, Whitener
-from rcc_sim.diagnose.problem import Problem
+from rcc_sim.diagnose.problem import Problem, by_motion
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -27,6 +28,9 @@ NOISE = FREEDOM / (FREEDOM - 2)
 
 FARTHEST = 3.0
 """Standard deviations by which half of a log may move a figure: beyond, it is bent."""
+
+BEYOND_SHAFT = ("battery_voltage_v", "battery_current_a", "battery_power_w")
+"""Columns of what lies between the battery and the motor's shaft."""
 
 BORDER = 1.5
 """Time around a border that neither side uses, beyond the noise's memory. [s]"""
@@ -129,18 +133,31 @@ def shrink_of(before: Array, after: Array) -> Shrink:
 
 
 def proof(
-    acting: Engine, nominal: Engine, fit: Fit, holdouts: Sequence[Problem]
+    acting: Engine,
+    nominal: Engine,
+    fit: Fit,
+    holdouts: Sequence[Problem],
+    *,
+    by_torque: bool,
 ) -> tuple[Shrink, float | None, float | None]:
     """Return the shrink, and the energy gap before and after, on rows held out.
 
     These are other logs that were kept back, else each half of the logs in turn.
+    ``by_torque``: an imposed drive's power follows from the torque that was measured,
+    else from its motion.
     """
+
+    def driven(problems: Sequence[Problem]) -> Sequence[Problem]:
+        return problems if by_torque else [by_motion(p) for p in problems]
+
     if not holdouts:
         fitted = halves(acting, fit)
         return (
             hold_out(acting, nominal, fit, fitted),
-            energy_percent(nominal.problems, (({}, rows) for _, rows in fitted)),
-            energy_percent(acting.problems, fitted),
+            energy_percent(
+                driven(nominal.problems), (({}, rows) for _, rows in fitted)
+            ),
+            energy_percent(driven(acting.problems), fitted),
         )
     other = Engine(holdouts)
     values = figures_of(fit.values)
@@ -153,9 +170,19 @@ def proof(
     )
     return (
         shrink_of(before, after),
-        energy_percent(holdouts, [({}, None)]),
-        energy_percent(holdouts, [(values, None)]),
+        energy_percent(driven(holdouts), [({}, None)]),
+        energy_percent(driven(holdouts), [(values, None)]),
     )
+
+
+def leave_shaft(causes: Sequence[Cause], tracks: Sequence[tuple[int, str]]) -> bool:
+    """Tell whether causes change nothing up to the motor's shaft.
+
+    What they do to the energy then shows best in a drive by its measured torque: what
+    is unknown of road and air is in it.
+    """
+    shaft = [k for k, (_, channel) in enumerate(tracks) if channel not in BEYOND_SHAFT]
+    return bool(causes) and not any(c.shares[shaft].any() for c in causes)
 
 
 def energy_percent(

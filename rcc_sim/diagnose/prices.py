@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,15 +11,14 @@ from numpy.typing import NDArray
 
 from rcc_sim.analyse.gap_energy import row_weights
 from rcc_sim.analyse.gap_power import measured_power, power_of
-from rcc_sim.analyse.gap_stages import untorqued
 from rcc_sim.diagnose.knobs import figures_of
+from rcc_sim.diagnose.problem import Problem, by_motion
 from rcc_sim.diagnose.profile import acted_on
 from rcc_sim.simulate.replay import replay
 from rcc_sim.units import J_PER_WH
 
 if TYPE_CHECKING:
     from rcc_sim.diagnose.cause import Cause
-    from rcc_sim.diagnose.problem import Problem
 
 Array = NDArray[np.float64]
 
@@ -73,8 +72,7 @@ def prices(
     at, measured = measured_power(plain.log, plain.vehicle)
     if measured is None:
         return None
-    if plain.drive.imposed:
-        plain = replace(plain, drive=untorqued(plain.drive))
+    plain = by_motion(plain)
     known = {c.effect: c for c in causes}
 
     def power(parts: Sequence[str]) -> Array:

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from rcc_sim.analyse.charge import Charge, battery_energy, charge_of
 from rcc_sim.analyse.gap import window_of
 from rcc_sim.analyse.gap_energy import logged_power
-from rcc_sim.analyse.gap_regimes import moving_mean, rows_in
+from rcc_sim.analyse.gap_regimes import HELD, Scale, moving_mean, rows_in, stands
+from rcc_sim.analyse.gap_stages import untorqued
 from rcc_sim.analyse.heading import TURN_RATE, measured_turn, turn_rate
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.physics.step import SLIP_BLEND
@@ -256,6 +257,8 @@ class Problem:
         ok[0] = False
         if channel == "speed_mps":
             ok &= ~self.parked
+        if channel in HELD and self.drive.imposed:
+            ok &= ~stands(self.speed, Scale.of(self.vehicle))
         return ok & self._rolling if channel in LATERAL else ok
 
     @cached_property
@@ -345,6 +348,13 @@ def problem_of(log: Trace, vehicle: Vehicle) -> Problem:
         return Problem(vehicle, log, drive)
     log = Trace({**log.columns, TURN_RATE: turn.since}, name=log.name)
     return Problem(vehicle, log, drive, turned=turn.at)
+
+
+def by_motion(problem: Problem) -> Problem:
+    """Return the same drive, its power by its motion and not by the torque logged."""
+    if not problem.drive.imposed:
+        return problem
+    return replace(problem, drive=untorqued(problem.drive))
 
 
 def by_charge(log: Trace, vehicle: Vehicle, drive: Drive) -> Problem | None:

@@ -21,7 +21,7 @@ from rcc_sim.diagnose.compete import Explanation, compete
 from rcc_sim.diagnose.engine import MEMORY, Engine
 from rcc_sim.diagnose.experiment import Experiment, next_experiments
 from rcc_sim.diagnose.fit import Fit
-from rcc_sim.diagnose.hold_out import Shrink, proof
+from rcc_sim.diagnose.hold_out import Shrink, leave_shaft, proof
 from rcc_sim.diagnose.knobs import BIAS, RADIUS, Knob
 from rcc_sim.diagnose.prices import Prices, prices
 from rcc_sim.diagnose.problem import Problem, problem_of
@@ -82,8 +82,10 @@ class Diagnosis:
     shrink : Shrink
         Proof on rows that no fit saw.
     energy_before, energy_after : float or None
-        Energy gap on such rows with the nominal vehicle, and with the mended one; both
-        run by the torque that was measured, where the drive is imposed. [%]
+        Energy gap on such rows with the nominal vehicle, and with the mended one. [%]
+    by_torque : bool
+        Whether both ran by the torque that was measured, where the drive is imposed:
+        where no cause changes anything up to the motor's shaft.
     experiments : tuple of Experiment
         Runs that would settle what is tied, or wide; best first.
     """
@@ -99,6 +101,7 @@ class Diagnosis:
     shrink: Shrink
     energy_before: float | None
     energy_after: float | None
+    by_torque: bool
     experiments: tuple[Experiment, ...] = ()
 
     def document(self) -> dict[str, Any]:
@@ -125,6 +128,7 @@ class Diagnosis:
                 **asdict(self.shrink),
                 "energy_gap_percent_before": self.energy_before,
                 "energy_gap_percent_after": self.energy_after,
+                "energy_by_measured_torque": self.guided,
             },
             "prices": self.prices and asdict(self.prices),
             "unexplained": unexplained,
@@ -169,6 +173,16 @@ class Diagnosis:
         if self.problem.charge is None:
             return self.problem
         return problem_of(self.gaps[0].measured, self.vehicle)
+
+    @property
+    def guided(self) -> bool:
+        """Whether the energy on held-out rows follows from the torque measured."""
+        _, _, _, torque, _ = self.problem.drive.measured
+        return (
+            self.by_torque
+            and self.problem.drive.imposed
+            and bool(np.isfinite(torque).any())
+        )
 
     @property
     def not_identifiable(self) -> list[str]:
@@ -283,7 +297,8 @@ def diagnose(
     causes, fit = with_all_figures(acting, fit, causes, able)
     told("proof on held-out rows")
     fresh = [problem_of(one.log, vehicle) for one in holdouts]
-    shrink, before, after = proof(acting, engine, fit, fresh)
+    by_torque = leave_shaft(causes, acting.tracks)
+    shrink, before, after = proof(acting, engine, fit, fresh, by_torque=by_torque)
     stated = {key: figure.value for key, figure in vehicle.figures().items()}
     row = float(np.median(np.diff(problems[0].log["time_s"])))
     asserted = tuple(
@@ -298,7 +313,7 @@ def diagnose(
     status = status_of(causes, left, *energy, large=large)
     return Diagnosis(
         vehicle, problems[0], gaps, status, asserted, found, fit, left, shrink,
-        before, after, runs,
+        before, after, by_torque, runs,
     )  # fmt: skip
 
 

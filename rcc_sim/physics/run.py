@@ -122,6 +122,9 @@ def follow_reference(p, c, s, u, f, flow, ref):
         R += f.pull
         tau_loss += f.twist
     F = driver(p, c, s, u, flow, R)
+    if s.v_x <= 0.0 and s.w <= 0.0 and F <= 0.0:
+        u.brake = -F  # what stands the brakes hold: its motor gives nothing back
+        return 0.0
     tau, u.brake = split_force(p, c, flow, F, c.n * s.w, tau_loss)
     return tau
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from rcc_sim.analyse.gap_energy import logged_power
+from rcc_sim.analyse.gap_energy import COVERAGE, logged_power
 from rcc_sim.analyse.gap_regimes import moving_mean
 from rcc_sim.diagnose.run import Diagnosis
 from rcc_sim.diagnose.verdict import Asserted
@@ -81,7 +81,9 @@ def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
     if found.asserted:
         yield from _proof(found)
         yield from _ledger(found)
-        yield from _moved(found)
+    yield from _moved(found)
+    if not found.asserted:
+        yield from _doubt(found)
     if found.left.is_real:
         left = found.left
         yield (
@@ -166,7 +168,8 @@ def _proof(found: Diagnosis) -> Iterator[tuple[str, str]]:
     s, before, after = found.shrink, found.energy_before, found.energy_after
     energy = ""
     if before is not None and after is not None:
-        energy = f"; energy gap there {before:+.1f} % before, {after:+.2f} % after"
+        how = ", by the torque measured," if found.guided else ""
+        energy = f"; energy gap there{how} {before:+.1f} % before, {after:+.2f} % after"
     yield (
         "PROOF",
         f"on rows that no fit saw {percent(s.explained)} of what is beyond noise is "
@@ -184,6 +187,16 @@ def _ledger(found: Diagnosis) -> Iterator[tuple[str, str]]:
         f"unexplained {_wh(prices.unexplained_wh)}",
     ]
     yield "ENERGY", ", ".join(steps)
+
+
+def _doubt(found: Diagnosis) -> Iterator[tuple[str, str]]:
+    """Stated figures to measure where their sds alone allow the energy gap."""
+    energy = found.gaps[0].energy
+    if not energy.within or abs(energy.gap_wh or 0.0) < COVERAGE * energy.noise_wh:
+        return
+    most = list(energy.by_figure.items())[:SHOWN]
+    told = ", ".join(f"{key} {abs(wh):.3g} Wh" for key, wh in most)
+    yield "DOUBT", f"the file's sds allow {energy.expanded:.3g} Wh; an sd of {told}"
 
 
 def _moved(found: Diagnosis) -> Iterator[tuple[str, str]]:

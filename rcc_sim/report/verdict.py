@@ -103,7 +103,8 @@ def _mended(diagnosis: Mapping[str, Any]) -> str:
     if gap is None:
         return ""
     there = "taken there" if shrink.get("held_out") else "that the log took"
-    text = f"of the energy {there}, the model {_missed(gap, 3)}"
+    how = " by the torque measured," if shrink.get("energy_by_measured_torque") else ""
+    text = f"of the energy {there},{how} the model {_missed(gap, 3)}"
     if after is not None:
         text += f", and {_missed(after, 2)} once it is mended"
     return text
