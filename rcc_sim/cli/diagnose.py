@@ -110,6 +110,10 @@ def diagnose(
     jobs: Jobs = 1,
     dask: Dask = None,
     output: Output = None,
+    text: Annotated[
+        bool,
+        typer.Option("--text", help="Print the screen where piped, too, or to -o."),
+    ] = False,
     csv: Csv = False,
     json: Json = False,
 ) -> None:
@@ -130,6 +134,7 @@ def diagnose(
                 "--write-vehicle": write_vehicle,
                 "--profiles": profiles,
                 "--next-run": next_run,
+                "--text": text,
             }
         )
         options = {"vehicle": vehicle, "withhold": withhold, "hide": hide}
@@ -158,7 +163,7 @@ def diagnose(
         from rcc_sim.report.diagnosis_page import diagnosis_page
 
         write_page(diagnosis_page(found, [*logs, vehicle]), html)
-    _deliver(found, output, csv=csv, json=json)
+    _deliver(found, output, text=text, csv=csv, json=json)
 
 
 def _fleet(asked: Asked, options: dict[str, Any]) -> None:
@@ -248,7 +253,9 @@ def _write(
         say(f"wrote {next_run}: {run.do}{why}")
 
 
-def _deliver(found: Diagnosis, output: Path | None, *, csv: bool, json: bool) -> None:
+def _deliver(
+    found: Diagnosis, output: Path | None, *, text: bool, csv: bool, json: bool
+) -> None:
     from shutil import get_terminal_size
 
     from rcc_sim.analyse.gap import at_boundary
@@ -256,9 +263,13 @@ def _deliver(found: Diagnosis, output: Path | None, *, csv: bool, json: bool) ->
     from rcc_sim.report.verdict import verdict_of
 
     tell_notes(found.gaps[0].findings, at_boundary(found.gaps[0].energy))
-    if output is None and sys.stdout.isatty() and not (json or csv):
-        for line in screen(found, get_terminal_size().columns):
-            typer.echo(line)
+    if text or (output is None and sys.stdout.isatty() and not (json or csv)):
+        lines = screen(found, get_terminal_size().columns)
+        if output is None:
+            typer.echo("\n".join(lines))
+            return
+        with atomic(output) as file:
+            file.write("\n".join(lines) + "\n")
         return
     document = found.document()
     say(verdict_of(document))

@@ -175,11 +175,18 @@ class Bench:
 
         return drive
 
-    def nats(self, driven: Driven, tied: Mapping[str, Fit]) -> Nats:
+    def nats(self, driven: Driven, tied: Mapping[str, Fit]) -> Nats | None:
         """Return by how much a run tells each two of some fits apart.
 
-        The signals of the figures that all have are taken from the first.
+        None if no vehicle with figures a little off could drive it.
         """
+        try:
+            return self._nats(driven, tied)
+        except InputError:
+            return None
+
+    def _nats(self, driven: Driven, tied: Mapping[str, Fit]) -> Nats:
+        """The signals of the figures that all have are taken from the first."""
         run, logs = driven.run, driven.logs
         first = next(iter(tied))
         shared = self.signals(run, tied[first], logs[first])

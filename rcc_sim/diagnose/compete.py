@@ -28,6 +28,8 @@ from rcc_sim.diagnose.refine import (
     TOO_FAR,
     Refined,
     likely,
+    overshadowed,
+    ranked,
     refine,
     screened,
 )
@@ -127,6 +129,8 @@ def compete(
         ranking = ranking or dict(constant)
         told(f"refining cause {turn + 1}")
         refined = refine(engine, current, likely(found, ENOUGH), ENOUGH)
+        masked = overshadowed(found, refined, ENOUGH)
+        refined = ranked([*refined, *refine(engine, current, masked, ENOUGH)])
         if not causes:
             ranking |= {r.screened.candidate.effect: r.gain for r in refined}
         best = next((r for r in refined if r.reaches(ENOUGH)), None)
@@ -216,7 +220,9 @@ def without_idle(
             if k.key not in cause.keys
         ]
         start = {k: x for k, x in fit.values.items() if k not in cause.keys}
-        now = engine.evaluate(start, [k for _, k in kept], fit.noise)
+        now = engine.attempt(start, [k for _, k in kept], fit.noise)
+        if now is None:
+            continue
         along = engine.whitened([j for j, _ in kept], fit.noise)
         less = engine.improve(now, tangent=along, rounds=3)
         eased = max(fit.prior - less.prior, 0.0)

@@ -35,7 +35,8 @@ def write_mended(found: Diagnosis, path: Path) -> None:
         effects[name] = dict(figures)
     values = {e: {k: f.value for k, f in of.items()} for e, of in effects.items()}
     # a profile lies along the log's distances; a road that a file states is true
-    share = speed_share(found.vehicle.changed(effects=values))
+    settings = {key: figure.value for key, figure in found.figures().items()}
+    share = speed_share(found.vehicle.changed(effects=values, settings=settings))
     for a in found.asserted:
         profile = a.cause.profiles.get(0)
         if profile is not None and profile.along == "distance_m":

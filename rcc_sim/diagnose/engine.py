@@ -73,6 +73,9 @@ LEAPS, SETTLED = 4, 0.5
 SHORTER = (1.0, 0.4, 0.1)
 """Shares of a step that are tried in turn."""
 
+LONGER = 1.25
+"""Times what a step promised that it must gain for twice the step to be tried."""
+
 LITTLE = 0.05
 """Nats that a step must promise to be tried, and gain for another."""
 
@@ -191,6 +194,15 @@ class Engine:
         )
         return Fit(dict(values), knobs, self.loglik(e, noise), prior, noise, e)
 
+    def attempt(
+        self, values: dict[str, float], knobs: Sequence[Knob], noise: list[Whitener]
+    ) -> Fit | None:
+        """Evaluate; None for figures that no such vehicle can have together."""
+        try:
+            return self.evaluate(values, knobs, noise)
+        except InputError:
+            return None
+
     def signals(
         self, values: dict[str, float], knobs: Sequence[Knob]
     ) -> list[list[Array]]:
@@ -285,7 +297,7 @@ class Engine:
             step, H = self.step(now, tangent.white)
             now = replace(now, information=H, signals=tangent.signals)
             promised = 0.5 * float(step @ H @ step)
-            new = self.line_search(now, step) if promised > LITTLE else None
+            new = self.line_search(now, step, promised) if promised > LITTLE else None
             if new is None:
                 if stale:  # found where the figures were before
                     continue
@@ -331,17 +343,30 @@ class Engine:
         most = np.array([now.values[k.key] >= k.high for k in now.knobs])
         return bounded_step(H, g, least, most), H
 
-    def line_search(self, now: Fit, step: Array) -> Fit | None:
-        """The first of ever shorter steps that is better, if any is."""
+    def line_search(self, now: Fit, step: Array, promised: float) -> Fit | None:
+        """The first of ever shorter steps that is better, if any is.
+
+        One that gains more than was promised is lengthened as long as that gains: rows
+        at which a limit or a tick comes a moment sooner make the way look stiffer than
+        it is.
+        """
         for share in SHORTER:
-            trial = self.moved(now, share * step)
-            try:
-                new = self.evaluate(trial, now.knobs, now.noise)
-            except InputError:  # figures that no such vehicle can have together
-                continue
-            if new.score > now.score:
-                return new
-        return None
+            new = self.stepped(now, share * step)
+            if new is not None and new.score > now.score:
+                break
+        else:
+            return None
+        while share >= 1 and new.score - now.score > LONGER * share * promised:
+            share *= 2
+            farther = self.stepped(now, share * step)
+            if farther is None or farther.score <= new.score:
+                break
+            new = farther
+        return new
+
+    def stepped(self, now: Fit, step: Array) -> Fit | None:
+        """Return a fit after a step; None where no vehicle has such figures."""
+        return self.attempt(self.moved(now, step), now.knobs, now.noise)
 
     @staticmethod
     def moved(now: Fit, step: Array) -> dict[str, float]:

@@ -135,6 +135,8 @@ def best_of(
             break
         every = bench.engine.each(lambda d: bench.nats(d, tied), worth)
         for one, nats in zip(worth, every, strict=True):
+            if nats is None:
+                continue
             told = {e for p in nats.pairs if p.nats > ENOUGH for e in (p.a, p.b)}
             apart = tuple(n for n in names if n in told) or names
             run = one.run

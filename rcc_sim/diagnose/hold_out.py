@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from rcc_sim.analyse.gap_energy import logged_power
 from rcc_sim.definitions.figure import Z_90
 from rcc_sim.diagnose.cause import Cause
-from rcc_sim.diagnose.engine import Engine
+from rcc_sim.diagnose.engine import SHORTER, Engine
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import figures_of
 from rcc_sim.diagnose.noise import FREEDOM, Whitener
@@ -83,15 +83,20 @@ def restricted(noise: Sequence[Whitener], engine: Engine, rows: list[Mask]) -> M
 
 
 def refitted(engine: Engine, fit: Fit, rows: list[Mask]) -> dict[str, float]:
-    """Figures that these rows alone ask for, to first order around a fit."""
+    """Figures that these rows alone ask for, to first order around a fit.
+
+    The step ends where no vehicle could have them together.
+    """
     part = restricted(fit.noise, engine, rows)
     along = engine.whitened(fit.signals, fit.noise)
     step, _ = engine.step(fit, along.white, part)
-    moved = dict(fit.values)
-    for k, s, far in zip(fit.knobs, step, FARTHEST * fit.sds(), strict=True):
-        x = fit.values[k.key] + float(np.clip(s, -far, far))
-        moved[k.key] = min(max(x, k.low), k.high)
-    return moved
+    far = FARTHEST * fit.sds()
+    step = np.clip(step, -far, far)
+    for share in SHORTER:
+        moved = engine.moved(fit, share * step)
+        if engine.attempt(moved, fit.knobs, fit.noise) is not None:
+            return moved
+    return dict(fit.values)
 
 
 def halves(engine: Engine, fit: Fit) -> list[tuple[dict[str, float], list[Mask]]]:

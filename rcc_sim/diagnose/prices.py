@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -14,6 +15,7 @@ from rcc_sim.analyse.gap_power import measured_power, power_of
 from rcc_sim.diagnose.knobs import figures_of
 from rcc_sim.diagnose.problem import Problem, by_motion
 from rcc_sim.diagnose.profile import acted_on
+from rcc_sim.errors import InputError
 from rcc_sim.simulate.replay import replay
 from rcc_sim.units import J_PER_WH
 
@@ -67,7 +69,8 @@ def prices(
     Returns
     -------
     Prices or None
-        None where the log holds no energy.
+        None where the log holds no energy, and where no vehicle could have the causes
+        or the figures alone.
     """
     at, measured = measured_power(plain.log, plain.vehicle)
     if measured is None:
@@ -91,7 +94,12 @@ def prices(
 
     order = [*known, FIGURES]
     ends = energy(()), energy(order)
-    steps = [_steps(energy, way, ends) for way in (order, order[::-1])]
+    steps = []
+    for way in (order, order[::-1]):
+        with suppress(InputError):
+            steps.append(_steps(energy, way, ends))
+    if not steps:
+        return None
     paid = {p: float(np.mean([s[p] for s in steps])) for p in order}
     figures = paid.pop(FIGURES)
     whole = float((np.where(ok, measured, 0.0) * weights).sum()) / J_PER_WH

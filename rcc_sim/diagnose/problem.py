@@ -24,6 +24,7 @@ from rcc_sim.simulate.replay import (
     is_surveyed,
     replay,
 )
+from rcc_sim.simulate.smooth import sensor_noise
 from rcc_sim.trace import Trace
 from rcc_sim.units import RHO_AIR, G
 
@@ -58,6 +59,13 @@ Well above a row and well below a manoeuvre: a rough road then does not add up, 
 whatever memory this leaves in the residuals the noise model takes up.
 """
 
+NOISE_IN, DOUBLINGS = 0.25, 5
+"""Share of a sensor's noise that the noise of a speed may make of its prediction, and
+times that the recall of the speed is doubled for it at most. Whatever smooths what
+comes in so, as a motor's lag does, would gain by that: 360 nats in 70 s of a scaled car
+whose speed has 0.03 m/s of noise, where nothing was hidden.
+"""
+
 SLOW = 20.0
 """Speed below which cornering is not judged, in times that at which slip blends."""
 
@@ -88,6 +96,8 @@ class Problem:
         Columns whose offset is no tolerance: it was stated, and is withheld.
     turned : ndarray or None
         Yaw rate by a heading that was measured, by which the gyro is judged. [rad/s]
+    recalls : tuple of float
+        Times in which the model's speed and its loop's integral come to the log's. [s]
     """
 
     vehicle: Vehicle
@@ -97,6 +107,7 @@ class Problem:
     bridged: NDArray[np.bool_] | None = None
     unzeroed: tuple[str, ...] = ()
     turned: Array | None = None
+    recalls: tuple[float, float] = RECALLS
 
     @cached_property
     def channels(self) -> tuple[str, ...]:
@@ -134,7 +145,7 @@ class Problem:
         vehicle = self.vehicle
         if figures:
             vehicle = vehicle.changed(settings=dict(figures))
-        return self.run(vehicle, RECALLS, coarse)
+        return self.run(vehicle, self.recalls, coarse)
 
     def run(
         self,
@@ -345,9 +356,32 @@ def problem_of(log: Trace, vehicle: Vehicle) -> Problem:
         return charged
     turn = measured_turn(log, vehicle.wheelbase)
     if turn is None:
-        return Problem(vehicle, log, drive)
+        return recalling(Problem(vehicle, log, drive))
     log = Trace({**log.columns, TURN_RATE: turn.since}, name=log.name)
-    return Problem(vehicle, log, drive, turned=turn.at)
+    return recalling(Problem(vehicle, log, drive, turned=turn.at))
+
+
+def recalling(problem: Problem) -> Problem:
+    """Return a commanded drive drawn to its speed as gently as that is noisy."""
+    speed, current, yaw_rate, torque, accel = problem.drive.measured
+    if problem.drive.imposed or not np.isfinite(speed).any():
+        return problem
+    rng = np.random.default_rng(0)
+    more = speed + rng.normal(0.0, sensor_noise(speed), len(speed))
+    measured = (more, current, yaw_rate, torque, accel)
+    noisier = replace(problem, drive=replace(problem.drive, measured=measured))
+    judged = [c for c in problem.channels if c != "speed_mps"]
+    noise = {c: sensor_noise(problem.log[c]) for c in judged}
+    gentle, integral = RECALLS
+    for _ in range(DOUBLINGS):
+        one, two = (
+            p.run(p.vehicle, (gentle, integral), coarse=True)
+            for p in (problem, noisier)
+        )
+        if all(np.nanstd(two[c] - one[c]) <= NOISE_IN * noise[c] for c in judged):
+            break
+        gentle *= 2
+    return replace(problem, recalls=(gentle, integral))
 
 
 def by_motion(problem: Problem) -> Problem:

@@ -15,7 +15,6 @@ from rcc_sim.diagnose.fit import Fit, Tangent
 from rcc_sim.diagnose.knobs import Knob
 from rcc_sim.diagnose.noise import Whitener
 from rcc_sim.diagnose.screen import Screen, Screened
-from rcc_sim.errors import InputError
 
 Array = NDArray[np.float64]
 
@@ -67,6 +66,10 @@ factor."""
 
 CLEAR = 100.0
 """Nats that a cause must gain that acts in one or two stretches alone."""
+
+STEPS, ANEW = 6, 4
+"""Steps of a candidate along the signals of the base, and rounds with signals found
+anew where it has not settled by then."""
 
 ODD = 2
 """Stretches that are left out to either side before a gain counts as steady.
@@ -171,9 +174,11 @@ def released(
             continue
         much = now / knob.value if is_ratio else now - knob.value
         values = {key: min(max(much, search.low), search.high)}
-        start = engine.evaluate(
+        start = engine.attempt(
             fit.values | values | {figure: knob.value}, fit.knobs, fit.noise
         )
+        if start is None:
+            continue
         start = replace(start, signals=fit.signals, information=fit.information)
         found.append((Screened(candidate, 0.5 * pull**2, values), start))
     return found
@@ -221,9 +226,8 @@ def followed(engine: Engine, now: Fit, key: str) -> Fit:
         for share in SHORTER:
             moved = engine.moved(now, share * step)
             others = [k for k in now.knobs if k.key != key]
-            try:
-                held = engine.evaluate(moved, others, now.noise)
-            except InputError:  # figures that no such vehicle can have together
+            held = engine.attempt(moved, others, now.noise)
+            if held is None:
                 continue
             new = engine.improve(held, rounds=2)
             if new.score > now.score + SETTLED:
@@ -247,6 +251,22 @@ def likely(
     return [pair for pair in found if pair[0].gain > FAR_BEHIND * most][:REFINED]
 
 
+def overshadowed(
+    found: Sequence[tuple[Screened, Fit]], refined: Sequence[Refined], needed: float
+) -> list[tuple[Screened, Fit]]:
+    """Return what only seemed far behind, if nothing keeps what the screen promised.
+
+    A threshold or a clock that promises by chance, and gains nothing once it is
+    refined, is no measure for the others.
+    """
+    if any(r.reaches(needed) for r in refined):
+        return []
+    tried = likely(found, needed)
+    most = max((r.before for r in refined), default=0.0)
+    least = max(FAR_BEHIND * most, HOPELESS * needed)
+    return [pair for pair in found[len(tried) :] if pair[0].gain > least][:REFINED]
+
+
 def refine(
     engine: Engine,
     base: Fit,
@@ -268,16 +288,23 @@ def refine(
     )
     every = []
     for (r, _), fit in zip(found, fits, strict=True):
+        if fit is None:
+            continue
         moved = replace(r, values={k: fit.values[k] for k in r.values})
         before = fit.score - base.score - handicap(r, fit)
         every.append(Refined(moved, fit, before, before, fit.prior - base.prior))
-    best = max(every, key=lambda r: r.before)
-    if best.before <= 0:
+    best = max(every, key=lambda r: r.before, default=None)
+    if best is None or best.before <= 0:
         return []
     close = [r for r in every if r.before > FAR_BEHIND * best.before]
     if any(r.trusted + max(r.eased, TIED) >= needed for r in close):
         close = by_its_noise(engine, base, close, best)
-    close.sort(key=lambda r: -r.gain)
+    return ranked(close)
+
+
+def ranked(refined: Sequence[Refined]) -> list[Refined]:
+    """Return refined candidates, best first, each effect once, the plainest first."""
+    close = sorted(refined, key=lambda r: -r.gain)
     names = [r.screened.candidate.effect for r in close]
     return plainest_first([r for i, r in enumerate(close) if names[i] not in names[:i]])
 
@@ -303,10 +330,10 @@ def by_its_noise(
         # of a gain that holds, how far beyond matters of the best alone
         holds = again.score + r.before + handicap(r.screened, r.fit)
         enough = inf if r is best else holds
-        fit = with_effect(engine, start, r.screened, noise, along, enough)
+        fit = with_effect(engine, start, r.screened, noise, along, enough) or r.fit
         if r is best and fit.score < holds:
             # its signals have bent on the way: find them anew
-            fit = engine.improve(fit, rounds=4)
+            fit = engine.improve(fit, rounds=ANEW)
         after = fit.score - again.score - handicap(r.screened, fit)
         even = steady(engine.gains(again, fit))
         eased = fit.prior - again.prior
@@ -338,24 +365,28 @@ def with_effect(
     noise: list[Whitener],
     along: Tangent,
     enough: float = inf,
-) -> Fit:
+) -> Fit | None:
     """Refine one candidate under given noise, the knobs of the base giving way.
 
-    It ends where the score is enough.
+    It ends where the score is enough; None where no vehicle can have such a strength.
     """
     mine = effect_knobs(screened)
     keys = {k.key for k in mine}
     gone = [i for i, k in enumerate(base.knobs) if k.key in keys]
     kept = along.but(gone)
     knobs = [k for k in base.knobs if k.key not in keys] + mine
-    now = engine.evaluate(base.values | screened.values, knobs, noise)
-    for _ in range(6):
+    now = engine.attempt(base.values | screened.values, knobs, noise)
+    if now is None:
+        return None
+    for _ in range(STEPS):
         own = engine.tangent(now.values, mine, noise)
         new = engine.improve(now, tangent=kept + own, rounds=1)
         gain = new.score - now.score
         now = new
         if gain < SETTLED or now.score >= enough:
             break
+    else:  # so far off that the base's own signals have bent
+        now = engine.improve(now, rounds=ANEW)
     return now
 
 

@@ -36,6 +36,9 @@ STRAINED = -6.0
 """Logarithm of the prior of a fit whose figures may stand in for an effect: together
 three and a half sds off."""
 
+OUTWARD = 3.0
+"""Times the best strength at which it is tried whether more gains more."""
+
 FARTHEST = 10.0
 """Most that one try may reach beyond the last, in times its distance from neutral."""
 
@@ -188,7 +191,7 @@ class Screen:
         before = self.signal(held) if held else 0.0
         best = (0.0, start)
         x = search.first
-        bends = self.base.prior < STRAINED
+        bends, leapt = self.base.prior < STRAINED, False
         for _ in range(TRIES):
             x = min(max(x, search.low), search.high)
             if x == start:
@@ -206,10 +209,17 @@ class Screen:
                 most = max(self.promised.get(search.key, 0.0), promise)
                 self.promised[search.key] = most
             if bends and abs(share) < 1 and size > 2 * ANOTHER:
-                bends = False  # its slope at the start may be quite another
+                bends, leapt = False, True  # its slope at the start may be another
                 x = start + (x - start) * sqrt(2 / size)
                 continue
             if abs(share - 1) < 0.05 or promise < 0.5:
                 break
             x = start + (x - start) * min(max(share, -FARTHEST), FARTHEST)
+        while leapt and not held and best[0] > ANOTHER:
+            # out of a hollow near the start, as limits and ticks make them
+            x = min(max(start + OUTWARD * (best[1] - start), search.low), search.high)
+            farther = self.gain(self.signal({search.key: x}))
+            if farther <= best[0]:
+                break
+            best = (farther, x)
         return best

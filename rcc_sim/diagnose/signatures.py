@@ -15,6 +15,7 @@ from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import figures_of
 from rcc_sim.diagnose.prices import with_profiles
 from rcc_sim.diagnose.screen import Screen
+from rcc_sim.errors import InputError
 
 if TYPE_CHECKING:
     from rcc_sim.diagnose.problem import Problem
@@ -67,13 +68,19 @@ def signatures(found: Diagnosis) -> Signatures:
     The model is drawn gently to the log, as the diagnosis does it; the other causes
     act and the stated figures stand where the fit has them. A rival has the strength
     at which it does best in the winner's place, those that are tied with it first.
+    Where no vehicle could have the fit's figures without the winner, they stand as the
+    file states them.
     """
     causes = [a.cause for a in found.asserted]
     winner, others = (causes[0], causes[1:]) if causes else (None, [])
     own = set(winner.keys) if winner else set()
     plain = with_profiles(found.problem, others)
     values = {k: x for k, x in found.fit.values.items() if k not in own}
-    base = plain.predict(figures_of(values))
+    try:
+        base = plain.predict(figures_of(values))
+    except InputError:  # no vehicle can have the figures without the cause
+        values = {}
+        base = plain.nominal
     channels = plain.channels
 
     def at_rows(x: Array) -> Array:
@@ -90,7 +97,7 @@ def signatures(found: Diagnosis) -> Signatures:
         varies = bool(winner.profiles)
         shown = {} if varies else figures
         told.append(Signature(winner.effect, _named(shown), moved(figures, varies)))
-    if len(found.gaps) == 1:
+    if len(found.gaps) == 1 and values:
         told += [
             Signature(effect, _named(figures), moved(figures))
             for effect, figures in _rivals(found, plain, values)

@@ -70,6 +70,8 @@ class Rival:
         Standard deviation of that difference by chance.
     apart : float
         Nats by which such logs would tell it from the cause if the cause is true.
+    absent : float
+        The same for nothing at all in the cause's place.
     """
 
     screened: Screened
@@ -77,6 +79,7 @@ class Rival:
     behind: float
     scatter: float
     apart: float
+    absent: float = inf
 
     @property
     def effect(self) -> str:
@@ -85,8 +88,13 @@ class Rival:
 
     @property
     def is_tied(self) -> bool:
-        """Whether these logs cannot tell it from the cause."""
-        return self.apart < TIED or self.behind < max(TIED, Z_90 * self.scatter)
+        """Whether these logs cannot tell it from the cause.
+
+        What is farther from the cause than nothing is does not do what the cause does,
+        whatever it gains of its own.
+        """
+        close = self.apart < TIED or self.behind < max(TIED, Z_90 * self.scatter)
+        return close and self.apart < max(self.absent, TIED)
 
 
 @dataclass(frozen=True)
@@ -218,6 +226,8 @@ def rivals_of(
         Figures of the cause in whose place they stand.
     """
     base = without(engine, fit, keys)
+    if base is None:
+        return []
     screen = Screen(engine, base)
     own = promise(screen, {k: fit.values[k] for k in keys})
 
@@ -227,9 +237,11 @@ def rivals_of(
     fits = engine.each(
         lambda one: with_effect(engine, base, one, fit.noise, along), screened
     )
+    absent = apart(engine, fit, base)
     found = [
-        against(engine, fit, one, other)
+        replace(against(engine, fit, one, other), absent=absent)
         for one, other in zip(screened, fits, strict=True)
+        if other is not None
     ]
     return sorted(found, key=lambda r: r.behind)
 
@@ -249,10 +261,11 @@ def against(engine: Engine, fit: Fit, screened: Screened, other: Fit) -> Rival:
     return Rival(screened, other, behind, scatter(engine, fit, other), far)
 
 
-def without(engine: Engine, fit: Fit, keys: Sequence[str]) -> Fit:
+def without(engine: Engine, fit: Fit, keys: Sequence[str]) -> Fit | None:
     """Return a fit with some figures back at what the file states, the rest held.
 
-    A figure that the file states with a tolerance keeps that tolerance.
+    A figure that the file states with a tolerance keeps that tolerance. None where no
+    vehicle can have the rest without them.
     """
     stated = {k.key: k for k in nuisance_knobs(engine.problems)}
     kept = [
@@ -262,8 +275,8 @@ def without(engine: Engine, fit: Fit, keys: Sequence[str]) -> Fit:
     ]
     values = {k: x for k, x in fit.values.items() if k not in keys}
     values |= {k: stated[k].value for k in keys if k in stated}
-    base = engine.evaluate(values, [k for _, k in kept], fit.noise)
-    return replace(base, signals=[j for j, _ in kept])
+    base = engine.attempt(values, [k for _, k in kept], fit.noise)
+    return base and replace(base, signals=[j for j, _ in kept])
 
 
 def promise(screen: Screen, values: dict[str, float]) -> float:

@@ -1,11 +1,14 @@
 """What the fit does with figures that do not act smoothly."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 from scipy.optimize import minimize
 
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import bounded_step
+from rcc_sim.diagnose.hold_out import refitted
 from rcc_sim.diagnose.knobs import Knob
 from rcc_sim.diagnose.noise import CURVATURE, FREEDOM, curvature, log_density, weights
 from rcc_sim.errors import InputError
@@ -46,6 +49,48 @@ def test_a_slope_is_found_beside_figures_that_no_vehicle_has():
     engine.residuals = residuals
     ((signal,),) = engine.signals({"x": 1.0}, [Knob("x", 0.5, sd=0.1)])
     np.testing.assert_allclose(signal, -3.0)
+
+
+def bumpy(kinks):
+    """An engine of a slope, whose signal also holds leaps that lead nowhere."""
+    rng = np.random.default_rng(5)
+    t = np.linspace(0, 1, 400)
+    seen = 2.0 * t + 0.1 * rng.normal(size=len(t))
+    engine = object.__new__(Engine)
+    engine.problems, engine.tracks = (), [(0, "seen")]
+    engine.pool = ThreadPoolExecutor(1)
+    engine.valid = [np.ones(len(t), dtype=bool)]
+    engine.grows_with, engine.edges, engine.least = [[]], [[]], [0.0]
+    engine.residuals = lambda v, coarse=False: [seen - v["x"] * t]
+    leaps = kinks * np.where(np.arange(len(t)) % 2, 1.0, -1.0)
+    engine.signals = lambda values, knobs: [[-t + leaps]]
+    return engine
+
+
+@pytest.mark.parametrize("kinks", [0.0, 1.0])
+def test_a_way_that_looks_stiffer_than_it_is_is_gone_at_a_stretch(kinks):
+    engine = bumpy(kinks)
+    start = engine.evaluate({"x": 0.0}, [Knob("x", 0.0)])
+    start = engine.evaluate({"x": 0.0}, [Knob("x", 0.0)], start.noise)
+    assert engine.improve(start, rounds=3).values["x"] == pytest.approx(2.0, abs=0.05)
+
+
+def test_half_a_log_asks_for_no_figures_that_no_vehicle_has():
+    engine = bumpy(0.0)
+    fit = engine.fit({"x": 1.0}, [Knob("x", 1.0)])
+    half = [np.arange(400) % 2 == 0]
+    asked = refitted(engine, fit, half)["x"]
+    middle, plain = fit.values["x"], engine.evaluate
+    most = 0.5 * abs(asked - middle)
+
+    def evaluate(values, knobs, noise=None):
+        if abs(values["x"] - middle) > most:
+            raise InputError("no such vehicle")
+        return plain(values, knobs, noise)
+
+    engine.evaluate = evaluate
+    less = refitted(engine, fit, half)["x"]
+    assert 0 < abs(less - middle) <= most
 
 
 @pytest.mark.parametrize("seed", range(12))

@@ -131,6 +131,12 @@ def test_a_tie_is_near_here_or_would_be_near_in_any_such_log(
     assert one.is_tied == tied
 
 
+@pytest.mark.parametrize(("apart", "tied"), [(15.0, True), (60.0, False)])
+def test_what_is_farther_from_a_cause_than_nothing_is_does_not_tie(apart, tied):
+    one = Rival(None, None, 20.0, 18.0, apart, absent=30.0)  # type: ignore[arg-type]
+    assert one.is_tied == tied
+
+
 def test_a_cause_that_varies_keeps_what_it_was_said_to_be():
     cause = Cause("road_grade", ("effects.road_grade.slope",), 90.0, 3.0, ("headwind",))
     assert with_ties([cause], {}) == [cause]

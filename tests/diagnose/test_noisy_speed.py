@@ -1,0 +1,56 @@
+"""A speed that is noisy: how gently it draws the model, and what that leaves."""
+
+import numpy as np
+import pytest
+
+from rcc_sim.definitions.cycle import Cycle
+from rcc_sim.diagnose.engine import Engine
+from rcc_sim.diagnose.knobs import nuisance_knobs
+from rcc_sim.diagnose.problem import RECALLS, problem_of
+from rcc_sim.simulate.run import simulate
+from rcc_sim.trace import Trace
+from tests.cars import car
+
+CYCLE = Cycle("c", np.array([0, 2, 8, 14, 22, 30.0]), np.array([0, 0, 5, 3, 7, 2.0]))
+NOISE = {"motor_current_a": 0.2, "battery_current_a": 0.05, "accel_x_mps2": 0.15}
+LOSSES = {"drivetrain_damping": {"damping_nms_per_rad": 1.2e-5}}
+SEEN = ("time_s", "speed_ref_mps", "battery_voltage_v", "battery_energy_j")
+
+
+def problem(noise, vehicle=None):
+    """Nothing hidden: a log of the car itself, its speed with so much noise. [m/s]"""
+    vehicle = vehicle or car(LOSSES)
+    run = simulate(vehicle, CYCLE, output_rate=100.0).trace
+    rng = np.random.default_rng(1)
+    columns = {name: run[name] for name in SEEN}
+    for name, size in (NOISE | {"speed_mps": noise}).items():
+        columns[name] = run[name] + rng.normal(0, size, len(run))
+    return problem_of(Trace(columns, name="log"), vehicle)
+
+
+def test_a_clean_speed_draws_the_model_as_ever():
+    assert problem(0.002).recalls == RECALLS
+
+
+def test_a_noisy_speed_draws_it_more_gently_the_noisier():
+    some, much = (problem(noise).recalls[0] for noise in (0.02, 0.05))
+    assert RECALLS[0] < some < much
+
+
+def test_a_motion_that_is_imposed_is_not_drawn_at_all():
+    log = problem(0.05).log
+    columns = {n: log[n] for n in log.columns if n != "speed_ref_mps"}
+    assert problem_of(Trace(columns, name="log"), car(LOSSES)).recalls == RECALLS
+
+
+@pytest.mark.parametrize("noise", [0.002, 0.03])
+def test_no_figure_gains_by_smoothing_what_a_noisy_speed_brings_in(noise):
+    engine = Engine([problem(noise, car({**LOSSES, "motor_lag": LAG}))])
+    knobs = nuisance_knobs(engine.problems)
+    fit = engine.fit({}, knobs)
+    truth = engine.evaluate({k.key: k.value for k in knobs}, knobs, fit.noise)
+    free = len(knobs) / 2  # nats that so many figures gain by chance
+    assert fit.loglik - truth.loglik < 3 * free
+
+
+LAG = {"time_constant_s": {"value": 0.0, "sd": 0.003}}
