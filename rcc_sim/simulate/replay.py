@@ -225,15 +225,14 @@ def as_true(vehicle: Vehicle, drive: Drive) -> Measured:
     late belongs to an earlier row.
     """
     rolled = speed_share(vehicle)
-    drawn = 1.0 / figure_of(vehicle, "current_sensor_scale", "scale", 1.0)
     late = figure_of(vehicle, "sensor_delay", "delay_s", 0.0)
     of_speed, of_yaw, of_motor = (
         late + figure_of(vehicle, "sensor_delay", f"{name}_delay_s", 0.0)
         for name in ("speed", "yaw_rate", "motor_current")
     )
     speed, current, yaw_rate, torque, accel = drive.measured
-    if rolled != 1.0 or drawn != 1.0:
-        speed, current, accel = speed * rolled, current * drawn, accel * rolled
+    if rolled != 1.0:
+        speed, accel = speed * rolled, accel * rolled
     return (
         earlier(drive, speed, of_speed),
         earlier(drive, current, of_motor),
