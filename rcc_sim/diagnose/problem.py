@@ -362,9 +362,14 @@ def problem_of(log: Trace, vehicle: Vehicle) -> Problem:
 
 
 def recalling(problem: Problem) -> Problem:
-    """Return a commanded drive drawn to its speed as gently as that is noisy."""
+    """Return a drive of a speed loop drawn to its speed as gently as that is noisy.
+
+    The loop itself holds the model to its reference; an open-loop car would drift.
+    """
     speed, current, yaw_rate, torque, accel = problem.drive.measured
-    if problem.drive.imposed or not np.isfinite(speed).any():
+    controller = problem.vehicle.controller
+    loops = controller is not None and controller.mode == "speed"
+    if problem.drive.imposed or not loops or not np.isfinite(speed).any():
         return problem
     rng = np.random.default_rng(0)
     more = speed + rng.normal(0.0, sensor_noise(speed), len(speed))

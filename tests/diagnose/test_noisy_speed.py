@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from rcc_sim.definitions.cycle import Cycle
+from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.knobs import nuisance_knobs
 from rcc_sim.diagnose.problem import RECALLS, problem_of
@@ -35,6 +36,15 @@ def test_a_clean_speed_draws_the_model_as_ever():
 def test_a_noisy_speed_draws_it_more_gently_the_noisier():
     some, much = (problem(noise).recalls[0] for noise in (0.02, 0.05))
     assert RECALLS[0] < some < much
+
+
+def test_an_open_loop_car_is_drawn_as_ever():
+    dart = load_vehicle("dart_jetracer")
+    time = np.arange(0, 20, 0.02)
+    columns = {"time_s": time, "throttle": np.where(time % 5 < 3, 0.3, 0.0)}
+    columns["steer_cmd_rad"] = np.zeros(len(time))
+    columns["speed_mps"] = np.random.default_rng(2).normal(1.0, 0.2, len(time))
+    assert problem_of(Trace(columns, name="log"), dart).recalls == RECALLS
 
 
 def test_a_motion_that_is_imposed_is_not_drawn_at_all():
