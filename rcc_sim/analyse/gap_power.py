@@ -14,7 +14,6 @@ from rcc_sim.analyse.gap_energy import (
     bias_noise,
     energy_noise,
     energy_shifts,
-    energy_tolerance,
     logged_power,
     row_weights,
     shaft_power,
@@ -78,15 +77,16 @@ def energy_gap(
         return none, None, weights, moved
     moved = _power_moved(moved, simulated, at)
     noise = energy_noise(measured - model, weights, moved, POWER)
+    shifts = energy_shifts(weights, moved, POWER)
     bias = bias_noise(log, vehicle, measured, weights) if at == "battery" else 0.0
     energy = EnergyGap(
         at,
         float((np.where(ok, measured, 0) * weights).sum()) / J_PER_WH,
         float((np.where(ok, model, 0) * weights).sum()) / J_PER_WH,
         noise_wh=float(np.hypot(noise, bias)),
-        tolerance_wh=energy_tolerance(weights, moved, POWER),
+        tolerance_wh=float(np.linalg.norm(shifts)),
         bias_wh=bias,
-        by_figure=_by_figure(moved, energy_shifts(weights, moved, POWER)),
+        by_figure=_by_figure(moved, shifts),
     )
     step = _step_error(vehicle, drive, at, model, weights)
     return replace(energy, numerical_wh=step), measured, weights, moved

@@ -27,10 +27,7 @@ from rcc_sim.diagnose.refine import (
     TIED,
     TOO_FAR,
     Refined,
-    likely,
-    overshadowed,
-    ranked,
-    refine,
+    contenders,
     screened,
 )
 from rcc_sim.diagnose.remainder import remainder
@@ -128,9 +125,7 @@ def compete(
         constant = {r.candidate.effect: r.gain for r, _ in reversed(found)}
         ranking = ranking or dict(constant)
         told(f"refining cause {turn + 1}")
-        refined = refine(engine, current, likely(found, ENOUGH), ENOUGH)
-        masked = overshadowed(found, refined, ENOUGH)
-        refined = ranked([*refined, *refine(engine, current, masked, ENOUGH)])
+        refined = contenders(engine, current, found, ENOUGH)
         if not causes:
             ranking |= {r.screened.candidate.effect: r.gain for r in refined}
         best = next((r for r in refined if r.reaches(ENOUGH)), None)

@@ -82,8 +82,8 @@ def restricted(noise: Sequence[Whitener], engine: Engine, rows: list[Mask]) -> M
     )
 
 
-def refitted(engine: Engine, fit: Fit, rows: list[Mask]) -> dict[str, float]:
-    """Figures that these rows alone ask for, to first order around a fit.
+def refitted(engine: Engine, fit: Fit, rows: list[Mask]) -> Fit:
+    """A fit moved to what these rows alone ask for, to first order.
 
     The step ends where no vehicle could have them together.
     """
@@ -93,14 +93,14 @@ def refitted(engine: Engine, fit: Fit, rows: list[Mask]) -> dict[str, float]:
     far = FARTHEST * fit.sds()
     step = np.clip(step, -far, far)
     for share in SHORTER:
-        moved = engine.moved(fit, share * step)
-        if engine.attempt(moved, fit.knobs, fit.noise) is not None:
+        moved = engine.stepped(fit, share * step)
+        if moved is not None:
             return moved
-    return dict(fit.values)
+    return fit
 
 
-def halves(engine: Engine, fit: Fit) -> list[tuple[dict[str, float], list[Mask]]]:
-    """Figures that each half of the stretches asks for, and the rows of the other."""
+def halves(engine: Engine, fit: Fit) -> list[tuple[Fit, list[Mask]]]:
+    """Fits that each half of the stretches asks for, and the rows of the other."""
     return [(refitted(engine, fit, train), test) for train, test in folds(engine)]
 
 
@@ -108,7 +108,7 @@ def hold_out(
     engine: Engine,
     nominal: Engine,
     fit: Fit,
-    fitted: Sequence[tuple[dict[str, float], list[Mask]]],
+    fitted: Sequence[tuple[Fit, list[Mask]]],
 ) -> Shrink:
     """Judge figures found on half of the stretches by the rows of the other half.
 
@@ -117,8 +117,8 @@ def hold_out(
     """
     before = nominal.white(nominal.residuals({}), fit.noise) ** 2
     squares: list[tuple[float, float]] = []
-    for values, test in fitted:
-        after = engine.white(engine.residuals(values), fit.noise) ** 2
+    for half, test in fitted:
+        after = engine.white(half.residuals, fit.noise) ** 2
         judged = restricted(fit.noise, engine, test)
         parts = [p for p in np.array_split(np.flatnonzero(judged), 10) if len(p)]
         squares += [(float(before[p].mean()), float(after[p].mean())) for p in parts]
@@ -162,7 +162,9 @@ def proof(
             energy_percent(
                 driven(nominal.problems), (({}, rows) for _, rows in fitted)
             ),
-            energy_percent(driven(acting.problems), fitted),
+            energy_percent(
+                driven(acting.problems), ((half.values, rows) for half, rows in fitted)
+            ),
         )
     other = Engine(holdouts)
     values = figures_of(fit.values)

@@ -274,9 +274,7 @@ class Problem:
 
     @cached_property
     def _rolling(self) -> NDArray[np.bool_]:
-        body, tyres = self.vehicle.body, self.vehicle.tyres
-        C_F = tyres.front_cornering_stiffness_n_per_rad.value
-        unit = np.sqrt(C_F * self.vehicle.wheelbase / body.mass_kg.value)
+        unit = Scale.of(self.vehicle).speed
         return np.asarray(self.speed > SLOW * SLIP_BLEND * unit)
 
     @property
@@ -323,6 +321,12 @@ class Problem:
         battery = self.vehicle.battery
         stated = battery.open_circuit_voltage_v
         return stated is not None and stated.sd == 0.0
+
+    @property
+    def torqued(self) -> bool:
+        """Whether power follows from a torque that was measured."""
+        _, _, _, torque, _ = self.drive.measured
+        return self.drive.imposed and bool(np.isfinite(torque).any())
 
     @property
     def surveyed(self) -> bool:
@@ -386,6 +390,8 @@ def recalling(problem: Problem) -> Problem:
         if all(np.nanstd(two[c] - one[c]) <= NOISE_IN * noise[c] for c in judged):
             break
         gentle *= 2
+    if (gentle, integral) == RECALLS:
+        return problem  # with what it has worked out already
     return replace(problem, recalls=(gentle, integral))
 
 

@@ -251,20 +251,26 @@ def likely(
     return [pair for pair in found if pair[0].gain > FAR_BEHIND * most][:REFINED]
 
 
-def overshadowed(
-    found: Sequence[tuple[Screened, Fit]], refined: Sequence[Refined], needed: float
-) -> list[tuple[Screened, Fit]]:
-    """Return what only seemed far behind, if nothing keeps what the screen promised.
+def contenders(
+    engine: Engine,
+    base: Fit,
+    found: Sequence[tuple[Screened, Fit]],
+    needed: float,
+) -> list[Refined]:
+    """Refine what is worth it after the screen; best first.
 
-    A threshold or a clock that promises by chance, and gains nothing once it is
-    refined, is no measure for the others.
+    If nothing keeps what the screen promised, also what only seemed far behind: a
+    threshold or a clock that promises by chance, and gains nothing once it is refined,
+    is no measure for the others.
     """
-    if any(r.reaches(needed) for r in refined):
-        return []
     tried = likely(found, needed)
+    refined = refine(engine, base, tried, needed)
+    if any(r.reaches(needed) for r in refined):
+        return refined
     most = max((r.before for r in refined), default=0.0)
     least = max(FAR_BEHIND * most, HOPELESS * needed)
-    return [pair for pair in found[len(tried) :] if pair[0].gain > least][:REFINED]
+    masked = [pair for pair in found[len(tried) :] if pair[0].gain > least][:REFINED]
+    return ranked([*refined, *refine(engine, base, masked, needed)])
 
 
 def refine(

@@ -84,8 +84,8 @@ class Diagnosis:
     energy_before, energy_after : float or None
         Energy gap on such rows with the nominal vehicle, and with the mended one. [%]
     by_torque : bool
-        Whether both ran by the torque that was measured, where the drive is imposed:
-        where no cause changes anything up to the motor's shaft.
+        Whether both ran by a torque that was measured: where there is one, the drive is
+        imposed, and no cause changes anything up to the motor's shaft.
     experiments : tuple of Experiment
         Runs that would settle what is tied, or wide; best first.
     """
@@ -128,7 +128,7 @@ class Diagnosis:
                 **asdict(self.shrink),
                 "energy_gap_percent_before": self.energy_before,
                 "energy_gap_percent_after": self.energy_after,
-                "energy_by_measured_torque": self.guided,
+                "energy_by_measured_torque": self.by_torque,
             },
             "prices": self.prices and asdict(self.prices),
             "unexplained": unexplained,
@@ -173,16 +173,6 @@ class Diagnosis:
         if self.problem.charge is None:
             return self.problem
         return problem_of(self.gaps[0].measured, self.vehicle)
-
-    @property
-    def guided(self) -> bool:
-        """Whether the energy on held-out rows follows from the torque measured."""
-        _, _, _, torque, _ = self.problem.drive.measured
-        return (
-            self.by_torque
-            and self.problem.drive.imposed
-            and bool(np.isfinite(torque).any())
-        )
 
     @property
     def not_identifiable(self) -> list[str]:
@@ -272,7 +262,9 @@ def diagnose(
     told("where")
     gaps = tuple(gap(one, vehicle, repeats=repeats) for one in logs)
     offsets = tuple(c for name in withheld for c in OFFSETS.get(name, ()))
-    problems = [replace(problem_of(one.log, vehicle), unzeroed=offsets) for one in logs]
+    problems = [problem_of(one.log, vehicle) for one in logs]
+    if offsets:
+        problems = [replace(p, unzeroed=offsets) for p in problems]
     engine = Engine(problems)
     able = candidates_for(problems, candidates, withheld)
     found = compete(engine, able, told)
@@ -297,7 +289,8 @@ def diagnose(
     causes, fit = with_all_figures(acting, fit, causes, able)
     told("proof on held-out rows")
     fresh = [problem_of(one.log, vehicle) for one in holdouts]
-    by_torque = leave_shaft(causes, acting.tracks)
+    torqued = any(p.torqued for p in (*problems, *fresh))
+    by_torque = torqued and leave_shaft(causes, acting.tracks)
     shrink, before, after = proof(acting, engine, fit, fresh, by_torque=by_torque)
     stated = {key: figure.value for key, figure in vehicle.figures().items()}
     row = float(np.median(np.diff(problems[0].log["time_s"])))

@@ -168,7 +168,7 @@ def _proof(found: Diagnosis) -> Iterator[tuple[str, str]]:
     s, before, after = found.shrink, found.energy_before, found.energy_after
     energy = ""
     if before is not None and after is not None:
-        how = ", by the torque measured," if found.guided else ""
+        how = ", by the torque measured," if found.by_torque else ""
         energy = f"; energy gap there{how} {before:+.1f} % before, {after:+.2f} % after"
     yield (
         "PROOF",

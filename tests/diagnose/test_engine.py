@@ -79,7 +79,7 @@ def test_half_a_log_asks_for_no_figures_that_no_vehicle_has():
     engine = bumpy(0.0)
     fit = engine.fit({"x": 1.0}, [Knob("x", 1.0)])
     half = [np.arange(400) % 2 == 0]
-    asked = refitted(engine, fit, half)["x"]
+    asked = refitted(engine, fit, half).values["x"]
     middle, plain = fit.values["x"], engine.evaluate
     most = 0.5 * abs(asked - middle)
 
@@ -89,7 +89,7 @@ def test_half_a_log_asks_for_no_figures_that_no_vehicle_has():
         return plain(values, knobs, noise)
 
     engine.evaluate = evaluate
-    less = refitted(engine, fit, half)["x"]
+    less = refitted(engine, fit, half).values["x"]
     assert 0 < abs(less - middle) <= most
 
 

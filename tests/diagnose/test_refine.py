@@ -1,6 +1,7 @@
 """Candidates that stand behind tolerances which were pulled far."""
 
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,7 +11,7 @@ from rcc_sim.diagnose.candidates import Candidate, Search
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import Knob
-from rcc_sim.diagnose.refine import refine, released, screened
+from rcc_sim.diagnose.refine import contenders, likely, refine, released, screened
 
 FACTOR = Candidate("factor", (Search("factor", 1.0, 0.1, 5.0, 1.1),))
 NOISE = 0.006
@@ -45,6 +46,18 @@ def test_a_figure_far_off_gives_way_to_the_effect_that_multiplies_it(engine):
     )  # it cannot be told better
     assert best.fit.values["stated"] == pytest.approx(1.0, abs=0.04)
     assert best.gain == pytest.approx(50, rel=0.05)
+
+
+def test_a_threshold_that_only_the_screen_promises_hides_no_effect(engine):
+    null = engine.fit({}, [STATED])
+    ((real, start), *_) = screened(engine, null, [FACTOR])
+    idle = Candidate("idle", (Search("idle", 0.0, 0.0, 5.0, 1.0),))  # acts on nothing
+    loud = replace(real, candidate=idle, values={"idle": 1.0}, gain=100 * real.gain)
+    found = [(loud, null), (real, start)]
+    assert [r.candidate.effect for r, _ in likely(found, 18.0)] == ["idle"]
+    best, *_ = contenders(engine, null, found, 18.0)
+    assert best.screened.candidate.effect == "factor"
+    assert best.reaches(18.0)
 
 
 def test_a_twin_that_is_refined_no_further_is_known_as_well_as_the_best(engine):
