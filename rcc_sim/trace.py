@@ -142,7 +142,12 @@ def read_trace(
     name = place.name
     table = _parquet(place) if place.head.startswith(b"PAR1") else _csv(place)
     columns: dict[str, Array] = {}
-    for column in table.column_names:
+    try:
+        names = table.column_names
+    except UnicodeDecodeError:
+        hint = "a log of another make: `rccsim convert LOG > log.csv`"
+        raise InputError(f"{name}: its header is no text in UTF-8", hint) from None
+    for column in names:
         values = table.column(column)
         try:
             columns[column] = from_arrow(values.cast("float64"))

@@ -69,7 +69,7 @@ def read_rows(source: str | Path | TextIO, where: str) -> Rows:
         with _opened(source) as stream:
             return _parse(stream, where)
     except UnicodeDecodeError:
-        hint = "save it as CSV in UTF-8; a compressed file's name ends in .gz"
+        hint = "save it as CSV in UTF-8; a car's log: `rccsim convert LOG > log.csv`"
         raise InputError(f"{where}: should be text in UTF-8", hint) from None
     except (gzip.BadGzipFile, zlib.error, EOFError) as error:
         raise InputError(f"{where}: should be a whole gzip file: {error}") from None

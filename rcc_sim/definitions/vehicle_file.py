@@ -9,6 +9,7 @@ import tomli
 
 from rcc_sim.definitions import library
 from rcc_sim.errors import InputError
+from rcc_sim.physics.effects import EFFECTS
 
 LARGEST_FILE = 1_000_000  # bytes; a vehicle is a page or two of text
 
@@ -46,7 +47,7 @@ def resolved(path: Path, seen: tuple[Path, ...] = ()) -> dict[str, Any]:
         parent = beside
     else:
         parent, _ = library.find("vehicles", base, (".toml",))
-    merged = resolved(parent, (*seen, path.resolve()))
+    merged = _anchored(resolved(parent, (*seen, path.resolve())), parent)
     for name in effects.pop("without", []) if isinstance(effects, dict) else []:
         if merged.get("effects", {}).pop(name, None) is None:
             raise InputError(f"{path}: effects.without: {base} does not have {name}")
@@ -55,6 +56,16 @@ def resolved(path: Path, seen: tuple[Path, ...] = ()) -> dict[str, Any]:
     if isinstance(effects, dict) and inherited:
         whole["effects"]["files"] = [*inherited, *effects.get("files", [])]
     return whole
+
+
+def _anchored(tables: dict[str, Any], path: Path) -> dict[str, Any]:
+    """Return the tables of a file with the files that its effects name by full path."""
+    effects = tables.get("effects", {})
+    for name, params in effects.items() if isinstance(effects, dict) else ():
+        for key in EFFECTS[name].files if name in EFFECTS else ():
+            if isinstance(params, dict) and isinstance(params.get(key), str):
+                params[key] = str(path.resolve().parent / params[key])
+    return tables
 
 
 def _overlaid(base: dict[str, Any], top: dict[str, Any]) -> dict[str, Any]:

@@ -179,15 +179,12 @@ def _efficiency(vehicle: Vehicle, torque: Array, speed: Array) -> tuple[Array, s
     params = vehicle.effects.get("motor_efficiency", {})
     scale = params.get("scale")
     factor = scale.value if isinstance(scale, Figure) else 1.0
+    if "map" in params:
+        table = efficiency_map(vehicle)
+        eta = [[map_efficiency(t, w, factor, *table) for w in speed] for t in torque]
+        return np.array(eta), "measured map"
     if params:
-        map_tau, map_omega, map_eta = efficiency_map(vehicle)
-        eta = [
-            [map_efficiency(t, w, factor, map_tau, map_omega, map_eta) for w in speed]
-            for t in torque
-        ]
-        return np.array(
-            eta
-        ), "measured map" if "map" in params else "constant efficiency"
+        return np.full((len(torque), len(speed)), factor), "constant efficiency"
     return efficiency_of_losses(vehicle, torque[:, None], speed[None, :]), "loss terms"
 
 

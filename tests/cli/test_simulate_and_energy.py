@@ -236,3 +236,10 @@ def test_a_measured_trace_without_a_ledger_is_integrated():
     assert report["energy_wh"] == pytest.approx(10.0)
     assert report["wh_per_km"] == pytest.approx(10 / 7.2)
     assert report["ledger"] == {} and report["residual"] is None
+
+
+def test_a_log_of_another_make_is_told_how_to_be_read(tmp_path):
+    log = tmp_path / "log.csv"
+    log.write_bytes("time_s;Temperature [°C]\n0;20\n1;20\n".encode("latin-1"))
+    failed(rccsim("energy", str(log)), "UTF-8", "rccsim convert")
+    failed(rccsim("simulate", "bmw_i3", "--cycle", str(log)), "UTF-8", "convert")

@@ -5,6 +5,7 @@ import shutil
 import pytest
 
 from rcc_sim.definitions.figure import Figure
+from rcc_sim.definitions.kernel import efficiency_map
 from rcc_sim.definitions.library import find
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.definitions.write_vehicle import write_vehicle
@@ -155,3 +156,14 @@ def test_a_figure_that_no_vehicle_may_have_leaves_the_file_untouched(ours, tmp_p
 def test_a_folder_that_is_not_there_is_named(ours, tmp_path):
     with pytest.raises(InputError, match="cannot be written"):
         write_vehicle(load_vehicle(ours), tmp_path / "no" / "x.toml", {}, {}, "a")
+
+
+def test_a_vehicle_that_extends_another_finds_the_files_of_that_one(tmp_path):
+    """Its parent names a map beside itself, not beside the child."""
+    child = tmp_path / "child.toml"
+    child.write_text('[vehicle]\nname = "child"\nextends = "bmw_i3"\n')
+    parent, vehicle = load_vehicle("bmw_i3"), load_vehicle(child)
+    for ours, theirs in zip(
+        efficiency_map(vehicle), efficiency_map(parent), strict=True
+    ):
+        assert (ours == theirs).all() and ours.size > 1

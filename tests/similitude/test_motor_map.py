@@ -10,6 +10,7 @@ import pytest
 from similar import car, truck
 
 from rcc_sim.definitions.cycle import parse_cycle
+from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.errors import InputError
 from rcc_sim.similitude.envelope import envelope_of
 from rcc_sim.similitude.motor_map import efficiency_of_losses, motor_map
@@ -28,6 +29,13 @@ def test_no_point_of_a_map_gains_power():
     eta = motor_map(car()).efficiency
     assert np.nanmax(eta) < 1
     assert np.nanmin(eta) >= 0
+
+
+def test_an_efficiency_without_a_map_is_the_same_everywhere():
+    speed = {"motor.max_speed_radps": 1500.0}
+    flat = load_vehicle("tesla_model_3").changed(settings=speed)
+    eta = motor_map(flat).efficiency
+    assert set(eta[np.isfinite(eta)]) == {0.9}
 
 
 def test_a_motor_on_itself_is_wholly_inside():
