@@ -225,3 +225,29 @@ def test_a_gap_is_given_with_its_place_and_length():
     assert finding.severity == "warning"
     assert finding.start_s == pytest.approx(20, abs=0.02)
     assert finding.end_s == pytest.approx(22, abs=0.02)
+
+
+# What the vehicle's figures say of a speed
+
+
+@pytest.mark.parametrize(("factor", "unit"), [(3.6, "km/h"), (2.2369, "mph")])
+def test_power_and_mass_tell_a_speed_that_is_in_another_unit(factor, unit):
+    """A town drive in km/h is no faster than a motorway in m/s."""
+    log = driven("bmw_i3", "udds", None, None, True)
+    kept = ("time_s", "speed_mps", "battery_voltage_v", "battery_current_a")
+    slow = Trace({name: log[name][:400] for name in kept}, name="log")
+    wrong = with_fault(slow, "speed_mps", lambda v: factor * v)
+    (finding,) = found(check_log(wrong, load_vehicle("bmw_i3")), "unit", "speed_mps")
+    assert unit in finding.what
+    assert finding.factor == pytest.approx(1 / factor, rel=1e-6)
+    assert not grave(check_log(slow, load_vehicle("bmw_i3")))
+
+
+def test_a_speed_eight_per_cent_off_the_motors_is_told():
+    log = logged(*CAR, noise=1.0)
+    low = with_fault(log, "speed_mps", lambda v: 0.92 * v)
+    car = load_vehicle(CAR[0])
+    (finding,) = found(check_log(low, car), "inconsistent", "speed_mps")
+    assert "1.09 times" in finding.what
+    near = with_fault(log, "speed_mps", lambda v: 0.985 * v)
+    assert not found(check_log(near, car), "inconsistent", "speed_mps")

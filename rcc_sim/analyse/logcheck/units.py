@@ -94,6 +94,9 @@ def _electrical(poles: int | None) -> list[Mistake]:
     return out
 
 
+GEARED = 0.03
+"""Share by which a speed may differ from the motor's: what a tyre slips, and wears."""
+
 LARGE = {"battery_voltage_v": 1500.0, "battery_current_a": 1500.0}
 """What a channel must reach before thousandths are believed. [V], [A]"""
 
@@ -225,6 +228,35 @@ def _odd(relation: Relation) -> Finding:
         action="used as it is; look at " + " and ".join(relation.powers),
         severity="warning",
     )
+
+
+def geared(
+    found: Sequence[Relation], vehicle: Vehicle | None, suspects: Sequence[str]
+) -> list[Finding]:
+    """Return a speed that is not the motor's by the file's gear and tyre radius.
+
+    No unit is wrong by so little: a sensor's scale is, or one of those figures.
+    """
+    if vehicle is None:
+        return []
+    radius = vehicle.tyres.radius_m
+    margin = max(GEARED, 3 * radius.sd / radius.value)
+    return [
+        Finding(
+            "inconsistent",
+            "speed_mps",
+            f"motor_speed_radps is {r.middle:.3g} times what speed_mps makes of "
+            "drivetrain.gear_ratio and tyres.radius_m: one of the four is off",
+            sure=0.9,
+            action="used as it is; measure one of them another way",
+            severity="warning",
+        )
+        for r in found
+        if {"motor_speed_radps", "speed_mps"} == r.powers.keys()
+        and r.allows(1.0)
+        and not {"motor_speed_radps", "speed_mps"} & {*suspects}
+        and (r.low > 1 + margin or r.high < 1 - margin)
+    ]
 
 
 def by_size(columns: Columns, suspects: Sequence[str]) -> list[Finding]:
