@@ -6,11 +6,11 @@ import numpy as np
 
 from rcc_sim.errors import InputError
 from rcc_sim.readers.build import Report, finished
-from rcc_sim.readers.column_map import ColumnMap
+from rcc_sim.readers.column_map import UNITS, ColumnMap
 from rcc_sim.readers.csv_table import TextTable, is_number, read_columns, text_table
-from rcc_sim.readers.log import Flaw, Log, Mapped
+from rcc_sim.readers.log import Array, Flaw, Log, Mapped
 from rcc_sim.source import Source
-from rcc_sim.units import unit_of
+from rcc_sim.units import SUFFIXES, unit_of
 
 NAME = "rccsim"
 SUMMARY = "CSV in rccsim's own columns (time_s and at least one channel)"
@@ -19,13 +19,29 @@ UNITLESS = ("throttle", "slope", "steering", "duty_cycle")
 """Own columns that carry no unit."""
 
 NO_UNIT = "its name has no unit, so it is none of rccsim's columns"
+WRITTEN = {
+    "kmh": "km/h",
+    "kph": "km/h",
+    "mph": "mph",
+    "degps": "deg/s",
+    "dps": "deg/s",
+    "deg": "deg",
+    "rpm": "rpm",
+    "kw": "kW",
+    "mv": "mV",
+    "ma": "mA",
+    "ms": "ms",
+    "km": "km",
+}
+"""How a name may end in a unit that is not ours -> the unit."""
+
 MAPPED = "compared with nothing; --map says what a column is"
 
 
 def sniff(source: Source) -> bool:
-    """Whether the header has ``time_s``."""
+    """Whether the header has ``time_s``, or ``time_ms``."""
     table = text_table(source)
-    return table is not None and "time_s" in table.names
+    return table is not None and not {"time_s", "time_ms"}.isdisjoint(table.names)
 
 
 def read(source: Source, columns: ColumnMap | None = None) -> Log:
@@ -48,19 +64,35 @@ def read(source: Source, columns: ColumnMap | None = None) -> Log:
     report.dropped += [n for n in table.names if n and n not in wanted]
     read, notes = read_columns(table, wanted)
     report.notes += notes
-    report.flaws += [
-        Flaw("unknown", name, NO_UNIT, MAPPED)
-        for name in wanted
-        if not _is_named_so(name)
-    ]
-    report.mapped += [Mapped(name, name) for name in wanted]
-    found = {name: np.asarray(values, dtype=float) for name, values in read.items()}
+    found: dict[str, Array] = {}
+    for name in wanted:
+        ours, factor = converted(name)
+        if ours in table.names:
+            ours, factor = name, 1.0
+        if not _is_named_so(ours):
+            report.flaws.append(Flaw("unknown", name, NO_UNIT, MAPPED))
+        report.mapped.append(Mapped(ours, name, factor))
+        found[ours] = factor * np.asarray(read[name], dtype=float)
     return finished(source.name, found, NAME, report)
+
+
+def converted(name: str) -> tuple[str, float]:
+    """Return a name with our unit in place of another that it ends in, and the factor.
+
+    >>> converted("speed_kmh")[0], converted("speed_mps")
+    ('speed_mps', ('speed_mps', 1.0))
+    """
+    stem, _, end = name.rpartition("_")
+    if not stem or end not in WRITTEN or (end == "ms" and stem != "time"):
+        return name, 1.0  # speed_ms is no time
+    factor, unit = UNITS[WRITTEN[end]]
+    ours = next(suffix for suffix, written in SUFFIXES.items() if written == unit)
+    return f"{stem}_{ours}", factor
 
 
 def _is_ours(table: TextTable, name: str, place: int) -> bool:
     """Whether a column should be numbers: by its unit, its name or its first row."""
-    if _is_named_so(name):
+    if _is_named_so(converted(name)[0]):
         return True
     return place >= len(table.first) or is_number(table.first[place], table.decimal)
 

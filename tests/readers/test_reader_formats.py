@@ -41,6 +41,28 @@ def test_our_own_columns_come_back_by_csv_gzip_parquet_and_pipe(tmp_path):
     assert (whole.reader, whole.guessed, whole.dropped) == ("rccsim", (), ())
 
 
+def test_a_unit_that_is_not_ours_but_ends_a_name_is_converted(tmp_path):
+    path = tmp_path / "log.csv"
+    rows = [
+        f"{1000 * t:.6f},{3.6 * v:.9f},{v:.9f}"
+        for t, v in zip(TIME, SPEED, strict=True)
+    ]
+    path.write_text("\n".join(["time_ms,speed_kmh,speed_ms", *rows]) + "\n")
+    log = read_log(path)
+    np.testing.assert_allclose(log.trace["time_s"], TIME, atol=1e-8)
+    np.testing.assert_allclose(log.trace["speed_mps"], SPEED, atol=1e-8)
+    np.testing.assert_allclose(log.trace["speed_ms"], SPEED, atol=1e-8)  # not a time
+    assert "speed_mps from speed_kmh × 0.277777778" in [m.line() for m in log.mapped]
+
+
+def test_what_stands_in_our_unit_too_is_not_converted_over_it(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("time_s,speed_mps,speed_kmh\n0,1,9\n1,2,9\n2,3,9\n")
+    trace = read_log(path).trace
+    assert trace["speed_mps"].tolist() == [1, 2, 3]
+    assert trace["speed_kmh"].tolist() == [9, 9, 9]
+
+
 def test_rows_are_kept_where_time_stands_jumps_or_is_blank(tmp_path):
     path = tmp_path / "log.csv"
     path.write_text("time_s,speed_mps\n0,1\n0,2\n5,3\n4,4\n,5\n6,\n\n7,nan\n8,inf\n")
