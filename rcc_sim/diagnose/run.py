@@ -177,7 +177,8 @@ class Diagnosis:
     @property
     def not_identifiable(self) -> list[str]:
         """Effects of which no likely strength would show in these logs."""
-        return sorted(self.found.hidden - {a.cause.effect for a in self.asserted})
+        told = {e for a in self.asserted for e in (a.cause.effect, *a.cause.tied)}
+        return sorted(self.found.hidden - told)
 
     def figures(self) -> dict[str, Figure]:
         """Stated figures that the logs moved, with intervals."""

@@ -116,7 +116,7 @@ def _shares(title: str, key: str, rows: Sequence[Mapping[str, Any]]) -> Markup:
         Column(key.capitalize(), "name"),
         Column("Time [s]", "time", number=True),
         Column("Gap [Wh]", "gap", number=True),
-        Column("Share of the gap", "share", number=True),
+        Column("Share of all gaps' sizes", "share", number=True),
         Column("", "bar"),
     )
     return Markup(tag("h3", title) + table(columns, told))

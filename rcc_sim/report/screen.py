@@ -75,8 +75,6 @@ def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
     yield "VERDICT", WORDS[found.status]
     for a in found.asserted:
         yield "CAUSE", _cause(a)
-        if a.cause.tied:
-            yield "", f"this log cannot tell it from {', '.join(a.cause.tied)}"
     yield from _rivals(found)
     if found.asserted:
         yield from _proof(found)
@@ -149,7 +147,14 @@ def _cause(a: Asserted) -> str:
         for k, x in a.figures.items()
     )
     varies = ", varies over the drive (--profiles)" if a.cause.profiles else ""
-    return f"{a.cause.effect}, probability {probable(a.probability)}: {told}{varies}"
+    sure, first = probable(a.probability), a.cause.effect
+    if not a.cause.tied:
+        return f"{first}, probability {sure}: {told}{varies}"
+    any_of = " or ".join((first, *a.cause.tied))
+    return (
+        f"{any_of}: this log cannot tell them apart, probability {sure} that one of "
+        f"them acts; if {first}: {told}{varies}"
+    )
 
 
 def _rivals(found: Diagnosis) -> Iterator[tuple[str, str]]:

@@ -65,14 +65,15 @@ def _gap(energy: Mapping[str, Any], *, plain: bool = False) -> str:
 def _place(where: Mapping[str, Any]) -> str:
     told = []
     for kind, key, words in (
-        ("regimes", "regime", "{share} of it in {name}"),
-        ("stages", "stage", "{share} of it in the {name} stage"),
+        ("regimes", "regime", "{wh} Wh of it in {name}"),
+        ("stages", "stage", "{wh} Wh of it in the {name} stage"),
     ):
-        rows = [r for r in where.get(kind) or [] if r.get("share") is not None]
+        rows = [r for r in where.get(kind) or [] if r.get("gap_wh") is not None]
         if rows:
-            most = max(rows, key=lambda r: abs(r["share"]))
+            most = max(rows, key=lambda r: abs(r["gap_wh"]))
             name = str(most[key]).replace("_", " ")
-            told.append(words.format(share=percent(most["share"]), name=name))
+            wh = ("+" if most["gap_wh"] > 0 else "") + figures(most["gap_wh"])
+            told.append(words.format(wh=wh, name=name))
     return ", ".join(told)
 
 

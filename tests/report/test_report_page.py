@@ -186,7 +186,7 @@ def test_gap_alone_has_a_verdict_and_its_place(report):
     verdict = verdict_of({"where": where})
     assert (
         "misses 15.9 %" in verdict
-        and "71 % of it in cruise, 92 % of it in the mechanical stage" in verdict
+        and "+0.0411 Wh of it in cruise, +0.0532 Wh of it in the mechanical" in verdict
     )
     read = Reader(page(Report("gap", diagnosis={"where": where})))
     assert verdict in read.text and "What it is" not in read.text
