@@ -9,6 +9,7 @@ from math import inf, isfinite, log1p, sqrt
 import numpy as np
 
 from rcc_sim.definitions.vehicle import Vehicle
+from rcc_sim.diagnose.knobs import STEPPED
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.errors import InputError, did_you_mean
 from rcc_sim.physics.effect import Effect, Param
@@ -66,7 +67,6 @@ MEASURED = {"N", "N m", "N m s/rad", "kg m²", "m²", "Ω", "1"}
 """Units of such figures; a load, in W or kg, may be any times what was stated."""
 
 CLOCKED = {"reference_sampling"}
-STEPPED = {"speed_dead_zone"}
 THROTTLE = {"throttle_dead_zone"}
 DELAYS = {"actuation_delay", "steering_delay", "steering_lag", "motor_lag"}
 

@@ -219,7 +219,7 @@ def without_idle(
         if now is None:
             continue
         along = engine.whitened([j for j, _ in kept], fit.noise)
-        less = engine.improve(now, tangent=along, rounds=3)
+        less = engine.improve(now, along=along, fixed=True, rounds=3)
         eased = max(fit.prior - less.prior, 0.0)
         if fit.score - less.score + eased < ENOUGH:
             causes = [c for c in causes if c is not cause]

@@ -60,21 +60,29 @@ hand numpy's many short steps over more often than they work."""
 THREAD = "rccsim-engine"
 """What the names of the pool's threads begin with."""
 
-BENT = (1, 3, 6, 9, 12, 15)
-"""Rounds of a fit before which signals are found anew, bent by then."""
-
 PATIENT, ROUNDS = 6, 18
 """Rounds from which on a fit goes on only while each settles something, and most of
 them: where mass and a rotor's inertia trade, a valley bends at every step."""
 
+LEARNT = 6
+"""Times that the noise is learnt anew at most, from what a better fit leaves."""
+
 LEAPS, SETTLED = 4, 0.5
 """Times that signals are found anew at most, and nats below which no more."""
+
+MUCH = 0.5
+"""Share of what a step promised below which its signals are found anew; and of a finite
+difference's step, below which they were found over too wide a one."""
 
 SHORTER = (1.0, 0.4, 0.1)
 """Shares of a step that are tried in turn."""
 
 LONGER = 1.25
 """Times what a step promised that it must gain for twice the step to be tried."""
+
+OVER = (-2.0, -1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0)
+"""Standard deviations from what is stated at which a threshold is tried: each step that
+a reference takes past it parts two hollows, and no slope leads from one to the next."""
 
 LITTLE = 0.05
 """Nats that a step must promise to be tried, and gain for another."""
@@ -262,51 +270,86 @@ class Engine:
     ) -> Fit:
         """Maximum a posteriori under the noise that it leaves.
 
-        Where the noise is not known beforehand it is learnt once on the way.
+        What is missing yet counts as noise, and hides itself: the noise is learnt anew
+        as long as that leads on.
         """
         now = self.evaluate({**{k.key: k.value for k in knobs}, **start}, knobs, noise)
         now = replace(now, signals=self.signals(now.values, now.knobs))
-        for rounds in (2, ROUNDS) if noise is None else (ROUNDS,):
-            along = self.whitened(now.signals, now.noise)
-            now = self.improve(now, tangent=along, anew=BENT, rounds=rounds)
+        for turn in range(LEARNT):
+            before = now.score
+            now = self.improved(now, 2 if noise is None and not turn else ROUNDS)
+            gain = now.score - before
             learnt = self.learn_noise(now.residuals)
             loglik = self.loglik(now.residuals, learnt)
             now = replace(now, noise=learnt, loglik=loglik)
+            if turn and gain < SETTLED:
+                break
         return now
+
+    def improved(self, now: Fit, rounds: int) -> Fit:
+        """Return a better fit under the same noise, thresholds in the best hollow."""
+        along = self.whitened(now.signals, now.noise)
+        now = self.improve(now, along=along, rounds=rounds)
+        leapt = self.leapt(now)
+        return now if leapt is now else self.improve(leapt, rounds=rounds)
 
     def improve(
         self,
         now: Fit,
         *,
-        tangent: Tangent | None = None,
-        anew: Sequence[int] = (),
+        along: Tangent | None = None,
+        fixed: bool = False,
         rounds: int,
     ) -> Fit:
         """Return a better fit under the same noise, after some rounds at most.
 
-        The tangent is found at the start, unless it is given, and in some of the
-        rounds ``anew``, as the knobs move.
+        Signals may be given that were found nearby. They are found anew, unless they
+        are ``fixed``, once a step along them gains less than it should.
         """
-        stale = bool(anew)
-        if tangent is None:
-            tangent, anew = self.tangent(now.values, now.knobs, now.noise), BENT
+        tangent, old = along, along is not None
         for turn in range(rounds):
-            if turn in anew:
-                tangent = self.tangent(now.values, now.knobs, now.noise)
-                stale = False
+            if tangent is None:
+                tangent, old = self.tangent(now.values, now.knobs, now.noise), False
             step, H = self.step(now, tangent.white)
-            now = replace(now, information=H, signals=tangent.signals)
+            knobs = self.finer(now.knobs, H)
+            old |= any(
+                k.stride < MUCH * was.stride
+                for k, was in zip(knobs, now.knobs, strict=True)
+            )
+            now = replace(now, knobs=knobs, information=H, signals=tangent.signals)
             promised = 0.5 * float(step @ H @ step)
             new = self.line_search(now, step, promised) if promised > LITTLE else None
-            if new is None:
-                if stale:  # found where the figures were before
-                    continue
-                break
-            gain = new.score - now.score
-            now = replace(new, information=H, signals=tangent.signals)
-            if turn > 0 and gain < (LITTLE if turn < PATIENT else SETTLED):
-                break
+            gain = new.score - now.score if new else 0.0
+            if new:
+                now = replace(new, information=H, signals=tangent.signals)
+            if gain < (LITTLE if turn < PATIENT else SETTLED):
+                if fixed or not old:
+                    break
+                tangent = None
+            elif not fixed and (old or gain < MUCH * promised):
+                tangent = None
+            old = True
         return now
+
+    def leapt(self, now: Fit) -> Fit:
+        """Return a better fit with thresholds in another hollow, if there is one."""
+        tried = [
+            now.values | {k.key: k.within(k.value + n * k.sd)}
+            for k in now.knobs
+            if k.is_stepped and isfinite(k.sd)
+            for n in OVER
+        ]
+        fits = self.each(lambda x: self.attempt(x, now.knobs, now.noise), tried)
+        best = max(filter(None, fits), key=lambda f: f.score, default=now)
+        if best.score <= now.score + SETTLED:
+            return now
+        return replace(best, information=now.information, signals=now.signals)
+
+    @staticmethod
+    def finer(knobs: Sequence[Knob], H: Array) -> tuple[Knob, ...]:
+        """Return knobs with steps as fine as what the information tells of each."""
+        sds = 1 / np.sqrt(np.diag(H))
+        return tuple(k.finer(sd) for k, sd in zip(knobs, sds, strict=True))
 
     def tangent(
         self, values: dict[str, float], knobs: Sequence[Knob], noise: list[Whitener]
@@ -373,5 +416,5 @@ class Engine:
         """Return a fit's figures after a step, within their bounds."""
         trial = dict(now.values)
         for k, s in zip(now.knobs, step, strict=True):
-            trial[k.key] = k.within(trial[k.key] + float(s))
+            trial[k.key] = k.moved(trial[k.key], float(s))
         return trial

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from math import inf, isfinite
+from dataclasses import dataclass, replace
+from math import exp, inf, isfinite
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +37,44 @@ BIAS = "bias."
 
 CALM_PARTS = 30
 
+STEPPED = {"speed_dead_zone"}
+"""Effects whose threshold a reference passes at its rows: as it moves, a launch comes
+a row sooner or later all at once."""
+
+
+SAME_FIGURE = {
+    "effects.front_cornering_stiffness.scale": (
+        "tyres.front_cornering_stiffness_n_per_rad",
+        True,
+    ),
+    "effects.rear_cornering_stiffness.scale": (
+        "tyres.rear_cornering_stiffness_n_per_rad",
+        True,
+    ),
+    "effects.yaw_inertia.scale": ("body.yaw_inertia_kgm2", True),
+    "effects.payload.mass_kg": ("body.mass_kg", False),
+    "effects.iron_loss.eddy_nms_per_rad": (
+        "effects.drivetrain_damping.damping_nms_per_rad",
+        False,
+    ),
+    "effects.iron_loss.hysteresis_torque_nm": (
+        "effects.drivetrain_friction.torque_nm",
+        False,
+    ),
+}
+"""Figure of an effect -> figure of the file that it moves, or acts as; and whether by a
+factor."""
+
+FACTORS = {x for e, (f, is_ratio) in SAME_FIGURE.items() if is_ratio for x in (e, f)}
+"""Figures that move by factors: where two of them trade, it is their product that the
+logs tell, and a step along both of them must not leave it."""
+
+MOST_FACTOR = 2.0
+"""Largest logarithm of a factor by which a step moves a figure."""
+
+NEARBY = 1.0
+"""Widest step of a finite difference, in sds of the figure with all others held."""
+
 
 @dataclass(frozen=True)
 class Knob:
@@ -64,11 +102,31 @@ class Knob:
     step: float = 0.0
 
     @property
+    def is_stepped(self) -> bool:
+        """Whether the model changes in steps as the figure moves."""
+        return self.key.split(".")[1] in STEPPED
+
+    @property
     def stride(self) -> float:
         """Step of a finite difference."""
         if self.step:
             return self.step
         return 0.5 * self.sd if self.sd < inf else 1e-3 * (abs(self.value) or 1.0)
+
+    def finer(self, sd: float) -> Knob:
+        """Return it with a step no wider than so many sds of what the logs tell.
+
+        Figures that trade are told from each other by what their signals have left of
+        each other: by a per cent where one alone would gain thousands of nats. Signals
+        over a step that bends them by more make such a valley look closed.
+        """
+        return replace(self, step=min(self.stride, NEARBY * sd))
+
+    def moved(self, value: float, by: float) -> float:
+        """Return a value after a step, within the bounds."""
+        if self.key in FACTORS and value > 0:
+            return self.within(value * exp(min(by / value, MOST_FACTOR)))
+        return self.within(value + by)
 
     def within(self, value: float) -> float:
         """Return a value, or the bound beyond which it lies."""

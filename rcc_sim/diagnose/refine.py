@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from rcc_sim.diagnose.candidates import Candidate
 from rcc_sim.diagnose.engine import LEAPS, SETTLED, SHORTER, Engine
 from rcc_sim.diagnose.fit import Fit, Tangent
-from rcc_sim.diagnose.knobs import Knob
+from rcc_sim.diagnose.knobs import SAME_FIGURE, Knob
 from rcc_sim.diagnose.noise import Whitener
 from rcc_sim.diagnose.screen import Screen, Screened
 
@@ -40,29 +40,6 @@ TOO_FAR = 3.0
 PROMISING, FOLLOWED = 18.0, 2
 """Nats that a slope must promise for a candidate to be followed along its curve; and
 how many are, those that promise most."""
-
-SAME_FIGURE = {
-    "effects.front_cornering_stiffness.scale": (
-        "tyres.front_cornering_stiffness_n_per_rad",
-        True,
-    ),
-    "effects.rear_cornering_stiffness.scale": (
-        "tyres.rear_cornering_stiffness_n_per_rad",
-        True,
-    ),
-    "effects.yaw_inertia.scale": ("body.yaw_inertia_kgm2", True),
-    "effects.payload.mass_kg": ("body.mass_kg", False),
-    "effects.iron_loss.eddy_nms_per_rad": (
-        "effects.drivetrain_damping.damping_nms_per_rad",
-        False,
-    ),
-    "effects.iron_loss.hysteresis_torque_nm": (
-        "effects.drivetrain_friction.torque_nm",
-        False,
-    ),
-}
-"""Figure of an effect -> figure of the file that it moves, or acts as; and whether by a
-factor."""
 
 CLEAR = 100.0
 """Nats that a cause must gain that acts in one or two stretches alone."""
@@ -329,7 +306,7 @@ def by_its_noise(
     noise = engine.learn_noise(best.fit.residuals)
     again = engine.evaluate(base.values, base.knobs, noise)
     along = engine.whitened(base.signals, noise)
-    again = engine.improve(again, tangent=along, rounds=3)
+    again = engine.improve(again, along=along, fixed=True, rounds=3)
 
     def one(r: Refined) -> Refined:
         start = replace(r.fit, knobs=base.knobs, signals=base.signals)
@@ -385,8 +362,9 @@ def with_effect(
     if now is None:
         return None
     for _ in range(STEPS):
+        mine = [k for k in now.knobs if k.key in keys]
         own = engine.tangent(now.values, mine, noise)
-        new = engine.improve(now, tangent=kept + own, rounds=1)
+        new = engine.improve(now, along=kept + own, fixed=True, rounds=1)
         gain = new.score - now.score
         now = new
         if gain < SETTLED or now.score >= enough:

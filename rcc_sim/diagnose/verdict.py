@@ -9,10 +9,10 @@ from math import exp, hypot, inf, log
 import numpy as np
 
 from rcc_sim.definitions.figure import Z_90
-from rcc_sim.diagnose.candidates import STEPPED
 from rcc_sim.diagnose.cause import ENOUGH, Cause
 from rcc_sim.diagnose.compete import Explanation, shares_of
 from rcc_sim.diagnose.fit import Fit
+from rcc_sim.diagnose.knobs import STEPPED
 from rcc_sim.diagnose.remainder import Remainder
 from rcc_sim.diagnose.screen import CLOSER, TICK
 from rcc_sim.physics.effects import EFFECTS

@@ -11,6 +11,7 @@ from rcc_sim.physics.effects.steering_offset import offset_angle
 from rcc_sim.physics.effects.throttle_dead_zone import felt_throttle
 from rcc_sim.physics.powertrain import torque_envelope, voltage_limited_current
 from rcc_sim.physics.tables import bilinear
+from rcc_sim.physics.ticks import share_beyond
 
 
 @jit
@@ -18,7 +19,8 @@ def speed_loop(p, c, s, u, flow):
     """Torque [N m] of the ESC's PI loop on motor speed, limited and wound up never.
 
     The integral waits while the output is at a limit and the error drives it
-    further; it is zeroed when the reference is 0 or inside the dead zone.
+    further, and for a part of the tick in which it reaches or leaves one; it is zeroed
+    when the reference is 0 or inside the dead zone.
     """
     omega_ref = u.v_ref * c.n_file
     if omega_ref > p.motor.omega_max:
@@ -32,9 +34,10 @@ def speed_loop(p, c, s, u, flow):
     error = omega_ref - seen_speed(c.n * s.w, threshold, change)
     K_p = true_gain(p.control.K_p, p.speed_loop.proportional_scale)
     K_i = true_gain(p.control.K_i, p.speed_loop.integral_scale)
-    integral = s.integral + K_i * error * p.control.T_loop
+    more = K_i * error * p.control.T_loop
+    integral = s.integral + more
     if omega_ref == 0.0:
-        integral = 0.0
+        integral, more = 0.0, 0.0
     i_q = K_p * error + integral
     high = limited_current(c.i_max, p.current_limit.max_current_a)
     R = p.copper_loss.phase_resistance_ohm
@@ -44,16 +47,9 @@ def speed_loop(p, c, s, u, flow):
         high = reach
         flow.limited += p.control.T_loop
     low = max(-c.i_max, c.tau_min / c.K_t)
-    if i_q > high:
-        i_q = high
-        if error > 0.0:
-            integral = s.integral
-    elif i_q < low:
-        i_q = low
-        if error < 0.0:
-            integral = s.integral
-    s.integral = integral
-    return c.K_t * i_q
+    beyond = i_q - high if error > 0.0 else low - i_q
+    s.integral = integral - more * share_beyond(beyond, K_p * change)
+    return c.K_t * min(max(i_q, low), high)
 
 
 @jit

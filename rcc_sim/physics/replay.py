@@ -25,7 +25,7 @@ from rcc_sim.physics.step import (
 )
 from rcc_sim.physics.tables import between, command_at, seek
 
-FREE = 0.98  # 1; share of a current limit beyond which the loop counts as saturated
+FREE = 0.98  # 1; share of the currents between the limits in which the loop is free
 
 NEAR = 1e-3  # 1; share of a tick by which a row's time may fall short of it
 
@@ -75,8 +75,10 @@ def recall(p, c, s, u, row, v, i_q, share_v, share_i):
         return
     low = max(-c.i_max, c.tau_min / c.K_t)
     high = min(c.i_max, p.current_limit.max_current_a)
-    if FREE * low < row.i_q < FREE * high:
-        s.integral += share_i * (i_q - row.i_q)
+    near = (1.0 - FREE) * (high - low)
+    if near > 0.0:
+        free = min(row.i_q - low, high - row.i_q) / near
+        s.integral += share_i * min(max(free, 0.0), 1.0) * (i_q - row.i_q)
 
 
 @jit

@@ -2,6 +2,7 @@
 
 from rcc_sim.jit import jit
 from rcc_sim.physics.effect import Effect, Param
+from rcc_sim.physics.ticks import share_beyond
 
 
 @jit
@@ -11,12 +12,9 @@ def seen_speed(omega, threshold, change):
     It looks once a tick, in which the speed changes by ``change`` [rad/s]; when, no
     one knows. While the speed passes the threshold this is the mean of what it sees.
     """
-    beyond = abs(omega) - threshold
-    if threshold == 0.0 or beyond >= 0.5 * change:
+    if threshold == 0.0:
         return omega
-    if beyond <= -0.5 * change:
-        return 0.0
-    return omega * (0.5 + beyond / change)
+    return omega * share_beyond(abs(omega) - threshold, change)
 
 
 @jit

@@ -1,0 +1,70 @@
+"""A fit ends in the same place from the truth and from what the file states."""
+
+from math import inf
+
+import numpy as np
+import pytest
+
+from rcc_sim.definitions.cycle import Cycle, parse_cycle
+from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose.engine import SETTLED, Engine
+from rcc_sim.diagnose.knobs import NEARBY, Knob, nuisance_knobs
+from rcc_sim.diagnose.problem import Problem, problem_of
+from rcc_sim.simulate.run import LaneChanges, simulate
+from rcc_sim.trace import Trace
+
+NOISE = {
+    "speed_mps": 0.007,
+    "yaw_rate_radps": 0.01,
+    "accel_x_mps2": 0.15,
+    "accel_y_mps2": 0.15,
+    "motor_current_a": 0.2,
+    "battery_voltage_v": 0.01,
+    "battery_current_a": 0.1,
+}
+EXACT = ("time_s", "speed_ref_mps", "steer_cmd_rad", "battery_energy_j")
+
+
+def problem_with(settings: dict[str, float]) -> Problem:
+    """A drive of a car that differs, seen by sensors with noise."""
+    car = load_vehicle("rcc")
+    udds = parse_cycle("udds[20:330]")
+    cycle = Cycle("c", 0.2256 * udds.time_s, 0.416 * udds.speed_mps)
+    lanes = LaneChanges(20.0, 0.32, 13.0)
+    run = simulate(
+        car.changed(settings=settings), cycle, lanes=lanes, output_rate=100.0
+    ).trace
+    rng = np.random.default_rng(3)
+    log = {name: run[name] for name in EXACT}
+    for name, sd in NOISE.items():
+        log[name] = run[name] + rng.normal(0, sd, len(run))
+    return problem_of(Trace(log, name="log"), car)
+
+
+@pytest.mark.parametrize(
+    ("key", "true", "start"),
+    [
+        ("effects.current_sensor_scale.scale", 0.92, 0.98),
+        ("effects.payload.mass_kg", 0.3, 0.05),
+        ("effects.rear_cornering_stiffness.scale", 0.8, 0.95),
+    ],
+)
+def test_a_fit_ends_as_high_from_afar_as_from_the_truth(key, true, start):
+    engine = Engine([problem_with({key: true})])
+    knobs = nuisance_knobs(engine.problems)
+    step = 0.02 * (abs(true - 1) if key.endswith("scale") else true)
+    sought = Knob(key, start, inf, -1.0, 3.0, step)
+    near = engine.fit({key: true}, [*knobs, sought])
+    null = engine.fit({}, knobs)
+    afar = engine.fit(null.values | {key: start}, [*null.knobs, sought])
+    ends = [engine.fit(f.values, f.knobs, near.noise) for f in (near, afar)]
+    near, afar = (engine.evaluate(f.values, f.knobs, near.noise) for f in ends)
+    assert afar.score > near.score - 2 * SETTLED
+    assert abs(afar.values[key] - true) < 3 * ends[0].sd(key)
+
+
+def test_steps_are_as_fine_as_what_is_told():
+    wide = Knob("body.mass_kg", 4.0, 0.1)
+    assert wide.stride == 0.05
+    assert wide.finer(0.001).stride == NEARBY * 0.001
+    assert wide.finer(1.0).stride == wide.stride
