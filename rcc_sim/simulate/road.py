@@ -10,6 +10,18 @@ Array = NDArray[np.float64]
 CELLS = 240
 """Most cells that a road is cut into."""
 
+STANDS = 0.8
+"""Share of the readings that repeat the one before beyond which heights are rounded."""
+
+TURNS = 0.3
+"""Share of their steps that go back from the one before beyond which they flicker."""
+
+MOST_STANDS = 10
+"""Times that a reading counts at most that stands for long."""
+
+STEP_SHARE = 0.1
+"""Share of a step to which a height is known where it passes from one to the next."""
+
 
 def surveyed_slope(distance: Array, elevation: Array) -> tuple[Array, Array]:
     """Slope [1] over distance [m] from elevations [m] that hold noise.
@@ -26,17 +38,23 @@ def surveyed_slope(distance: Array, elevation: Array) -> tuple[Array, Array]:
 
     ok = np.isfinite(distance) & np.isfinite(elevation)
     s, h = distance[ok], elevation[ok]
+    sure, step_noise, each = np.ones(len(s)), 0.0, 8
+    if is_stepped(s, h):
+        s, h, sure, step_noise = passed(s, h)
+        each = 1
     length = float(s[-1] - s[0]) if len(s) else 0.0
     if len(s) < 10 or length <= 0:
         return np.zeros(1), np.zeros(1)
-    k = int(min(CELLS, max(len(s) // 8, 4)))
+    k = int(min(CELLS, max(len(s) // each, 4)))
     edges = np.linspace(s[0], s[-1], k + 1)
     cell = np.clip(np.searchsorted(edges, s, side="right") - 1, 0, k - 1)
-    count = np.bincount(cell, minlength=k).astype(float)
+    count = np.bincount(cell, sure, minlength=k)
     used = count > 0
-    mean = np.bincount(cell, h, minlength=k) / np.maximum(count, 1)
-    place = np.bincount(cell, s, minlength=k) / np.maximum(count, 1)
-    noise2 = within(cell, s - place[cell], h - mean[cell], k)
+    mean, place = (
+        np.bincount(cell, sure * x, minlength=k) / np.where(used, count, 1.0)
+        for x in (h, s)
+    )
+    noise2 = step_noise or within(cell, s - place[cell], h - mean[cell], k)
     bands = second_differences(k)
     step = edges[1] - edges[0]
     best = (-np.inf, mean)
@@ -69,6 +87,42 @@ def surveyed_slope(distance: Array, elevation: Array) -> tuple[Array, Array]:
     dh = np.diff(best[1])
     run = np.sqrt(np.maximum(step**2 - dh**2, 1e-12))
     return 0.5 * (middle[1:] + middle[:-1]), dh / run
+
+
+def is_stepped(s: Array, h: Array) -> bool:
+    """Tell whether heights are rounded: they stand, and then go on the way they went.
+
+    Where noise makes them flicker between two steps, their mean says more.
+    """
+    moves = np.diff(s) > 0
+    steps = np.sign(np.diff(h)[np.diff(h) != 0])
+    if not moves.any() or len(steps) < 2:
+        return False
+    stands = float(np.mean(np.diff(h)[moves] == 0))
+    turns = float(np.mean(steps[1:] != steps[:-1]))
+    return stands > STANDS and turns < TURNS
+
+
+def passed(s: Array, h: Array) -> tuple[Array, Array, Array, float]:
+    """Return where heights that are rounded pass from one step to the next.
+
+    There they are half-way. Between two such places a reading says no more than that
+    none was passed: all along it is within half a step of the road. Also returns how
+    sure each is, against the first kind, and the variance of that. [m²]
+    """
+    at = np.flatnonzero(np.diff(h) != 0)
+    step = float(np.min(np.abs(np.diff(h)[at])))
+    ends = np.concatenate([[s[0]], 0.5 * (s[at] + s[at + 1]), [s[-1]]])
+    stands = np.concatenate([h[at], h[-1:]])
+    long = np.diff(ends)
+    many = np.clip(np.round(long / np.median(long)), 1, MOST_STANDS).astype(int)
+    each = np.concatenate([(np.arange(n) + 0.5) / n for n in many])
+    among = np.repeat(np.arange(len(many)), many)
+    place = np.concatenate([ends[1:-1], ends[among] + each * long[among]])
+    height = np.concatenate([0.5 * (h[at] + h[at + 1]), stands[among]])
+    sure = np.concatenate([np.ones(len(at)), np.full(len(each), 12 * STEP_SHARE**2)])
+    order = np.argsort(place, kind="stable")
+    return place[order], height[order], sure[order], (STEP_SHARE * step) ** 2
 
 
 def within(cell: NDArray[np.int_], s: Array, h: Array, k: int) -> float:

@@ -159,3 +159,21 @@ def test_a_surveyed_hill_has_its_slope():
     true = 20 * 2 * np.pi / 3000 * np.cos(2 * np.pi * where / 3000)
     run = true / 1.0
     assert slope[5:-5] == pytest.approx(run[5:-5], abs=3e-3)
+
+
+@pytest.mark.parametrize("step", [0.5, 1.0, 5.0])
+def test_rounded_heights_give_the_slope_of_the_hill(step):
+    """A row's reading stands for metres, then leaps: what a map or a barometer gives."""
+    s = np.cumsum(1.2 + 0.5 * np.sin(np.arange(6000) / 300))
+    height = 20 * np.sin(2 * np.pi * s / 3000)
+    true = 20 * 2 * np.pi / 3000 * np.cos(2 * np.pi * s / 3000)
+    where, slope = surveyed_slope(s, step * np.round(height / step))
+    left = np.interp(s, where, slope) - true
+    assert np.sqrt(np.mean(left**2)) < 0.1 * np.sqrt(np.mean(true**2))
+
+
+def test_a_flat_stretch_before_a_rounded_hill_stays_flat():
+    s = np.linspace(0.0, 3000.0, 3001)
+    where, slope = surveyed_slope(s, np.round(0.04 * np.maximum(s - 1500, 0)))
+    assert np.abs(slope[where < 1400]).max() < 0.004
+    assert slope[where > 1700] == pytest.approx(0.04, abs=0.004)
