@@ -135,7 +135,9 @@ def energy(rows: Sequence[Row]) -> dict[str, Any]:
 def _scatter(name: str, values: Sequence[float]) -> dict[str, Any]:
     if not values:
         return {f"{name}_median": None, f"{name}_low": None, f"{name}_high": None}
-    low, middle, high = np.quantile(values, (ENDS[0], 0.5, ENDS[1]))
+    middle = np.median(values)
+    # of few logs the least and the most: between two of them none lies
+    low, high = np.quantile(values, ENDS, method="inverted_cdf")
     return {
         f"{name}_median": float(middle),
         f"{name}_low": float(low),

@@ -64,7 +64,7 @@ PATIENT, ROUNDS = 6, 18
 """Rounds from which on a fit goes on only while each settles something, and most of
 them: where mass and a rotor's inertia trade, a valley bends at every step."""
 
-LEARNT = 6
+LEARNT = 3
 """Times that the noise is learnt anew at most, from what a better fit leaves."""
 
 LEAPS, SETTLED = 4, 0.5
@@ -225,7 +225,8 @@ class Engine:
                 ]
             for wider in WIDER if k.sd == inf else WIDER[:1]:
                 h, new = self.aside(values, k, k.inward(values[k.key], wider))
-                change = [(a - b) / h for a, b in zip(new, base, strict=True)]
+                per = 1 / h if h else 0.0  # between bounds that leave no room
+                change = [per * (a - b) for a, b in zip(new, base, strict=True)]
                 if any(np.nan_to_num(c).any() for c in change):
                     break
             return change
@@ -348,7 +349,7 @@ class Engine:
     @staticmethod
     def finer(knobs: Sequence[Knob], H: Array) -> tuple[Knob, ...]:
         """Return knobs with steps as fine as what the information tells of each."""
-        sds = 1 / np.sqrt(np.diag(H))
+        sds = 1 / np.sqrt(np.diag(H) + 1e-300)
         return tuple(k.finer(sd) for k, sd in zip(knobs, sds, strict=True))
 
     def tangent(

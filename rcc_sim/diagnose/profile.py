@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
-from rcc_sim.diagnose.knobs import neutral_of
+from rcc_sim.diagnose.knobs import Knob, neutral_of
 from rcc_sim.diagnose.noise import Whitener, log_likelihood, weights
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.units import unit_of
@@ -145,7 +145,7 @@ class Probe:
             figure = engine.problems[0].vehicle.figures().get(key)
             base = figure.value if figure else neutral_of(key)
         start = engine.residuals(fit.values, coarse=True)
-        moved = engine.residuals({**fit.values, key: base + size}, coarse=True)
+        size, moved = engine.aside(fit.values | {key: base}, Knob(key, base), size)
         pairs = zip(moved, start, strict=True)
         self.signal = [np.nan_to_num((a - b) / size) for a, b in pairs]
         self.tracks = [

@@ -116,7 +116,7 @@ def _gap(found: Diagnosis) -> Iterator[tuple[str, str]]:
             place = "battery" if e.at == "battery" else "shaft"
             text += (
                 f": {place} energy {e.gap_percent:+.1f} % ({_wh(e.gap_wh)} of "
-                f"{e.measured_wh:.4g}), u_val {e.u_val:.2g} Wh"
+                f"{e.measured_wh:.4g}), u_val {figures(e.u_val, 2)} Wh"
             )
         yield "GAP", text
     if len(found.gaps) > SHOWN:
@@ -219,4 +219,4 @@ def _moved(found: Diagnosis) -> Iterator[tuple[str, str]]:
 
 
 def _wh(energy: float | None) -> str:
-    return "" if energy is None else f"{energy:+.3g} Wh"
+    return "" if energy is None else f"{'+' * (energy >= 0)}{figures(energy)} Wh"

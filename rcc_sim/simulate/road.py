@@ -46,8 +46,7 @@ def surveyed_slope(distance: Array, elevation: Array) -> tuple[Array, Array]:
     if len(s) < 10 or length <= 0:
         return np.zeros(1), np.zeros(1)
     k = int(min(CELLS, max(len(s) // each, 4)))
-    edges = np.linspace(s[0], s[-1], k + 1)
-    cell = np.clip(np.searchsorted(edges, s, side="right") - 1, 0, k - 1)
+    edges, cell = cells(s, k)
     count = np.bincount(cell, sure, minlength=k)
     used = count > 0
     mean, place = (
@@ -89,18 +88,31 @@ def surveyed_slope(distance: Array, elevation: Array) -> tuple[Array, Array]:
     return 0.5 * (middle[1:] + middle[:-1]), dh / run
 
 
+def cells(s: Array, k: int) -> tuple[Array, NDArray[np.int_]]:
+    """Return the edges of k cells of a road, and the cell of each place."""
+    edges = np.linspace(s[0], s[-1], k + 1)
+    return edges, np.clip(np.searchsorted(edges, s, side="right") - 1, 0, k - 1)
+
+
 def is_stepped(s: Array, h: Array) -> bool:
     """Tell whether heights are rounded: they stand, and then go on the way they went.
 
-    Where noise makes them flicker between two steps, their mean says more.
+    Where noise makes them flicker between two steps, or they wander by more than a
+    step, their mean says more.
     """
-    moves = np.diff(s) > 0
-    steps = np.sign(np.diff(h)[np.diff(h) != 0])
+    moves, rises = np.diff(s) > 0, np.diff(h)
+    steps = rises[rises != 0]
     if not moves.any() or len(steps) < 2:
         return False
-    stands = float(np.mean(np.diff(h)[moves] == 0))
-    turns = float(np.mean(steps[1:] != steps[:-1]))
-    return stands > STANDS and turns < TURNS
+    stands = float(np.mean(rises[moves] == 0))
+    turns = float(np.mean(np.sign(steps[1:]) != np.sign(steps[:-1])))
+    if stands < STANDS or turns > TURNS:
+        return False
+    k = int(min(CELLS, max(len(s) // 8, 4)))
+    _, cell = cells(s, k)
+    count = np.maximum(np.bincount(cell, minlength=k), 1)
+    along, across = (x - (np.bincount(cell, x, k) / count)[cell] for x in (s, h))
+    return within(cell, along, across, k) < float(np.abs(steps).min()) ** 2 / 12
 
 
 def passed(s: Array, h: Array) -> tuple[Array, Array, Array, float]:

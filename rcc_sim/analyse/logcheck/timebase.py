@@ -87,7 +87,7 @@ def _order(time: Array) -> tuple[Mask, list[Finding]]:
         keep[same] = False
         what = f"{len(same)} rows repeat the stamp of the row before"
         if len(same) > LOST * len(time):
-            what += ": the stamps are too coarse"
+            what += ": the stamps are too coarse, or rows stand twice"
         findings.append(_dropped("duplicate_stamps", what, time, same))
         rows = np.flatnonzero(keep)
     steps = np.diff(time[rows])
@@ -268,6 +268,8 @@ def missing(time: Array, name: str, values: Array) -> list[Finding]:
     first, end = int(starts[longest]), int(ends[longest])
     lasts = float(time[min(end, n - 1)] - time[first])
     grave = count > 0.02 * n or (end - first > 20 and lasts > 1.0)
+    if end - first < 0.5 * count:  # here and there: from the first to the last
+        first, end = int(starts[0]), int(ends[-1])
     return [
         Finding(
             "missing",
