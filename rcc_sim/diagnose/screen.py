@@ -29,6 +29,10 @@ NOTHING = 1.0
 """Nats that a strength of a grid, though enough of it would show, does not promise at
 any size, where stronger ones, whose signals are like it, are not tried."""
 
+TWICE = 2
+"""Such strengths in a row beyond which no other is tried: a reading that holds for some
+rows looks like nothing that is late by a part of them."""
+
 ANOTHER = 5.0
 """Nats that one more figure of an effect must gain to join the others."""
 
@@ -165,10 +169,13 @@ class Screen:
         grid = np.sort(search.grid)
         best = (0.0, 0.0)
         for side in (grid[grid < search.neutral][::-1], grid[grid >= search.neutral]):
+            empty = 0
             for x in map(float, side):
                 d = self.signal({search.key: x})
                 best = max(best, (self.gain(d), x))
-                if 0.5 * float(d @ d) > ENOUGH and self.promise(d) < NOTHING:
+                shows = 0.5 * float(d @ d) > ENOUGH
+                empty = empty + 1 if shows and self.promise(d) < NOTHING else 0
+                if empty == TWICE:
                     break
         return best
 
