@@ -27,19 +27,36 @@ def grid(*strengths, neutral=0.0):
     return Search("effects.any.figure", neutral, -inf, inf, 1.0, grid=strengths)
 
 
-def test_a_clear_signal_that_promises_nothing_is_followed_no_further():
+def test_clear_signals_that_promise_nothing_are_followed_no_further():
     screen = Lines(ALONG, ACROSS)
     assert screen.scan(grid(1.0, 2.0, 3.0), {}) == (0.0, 0.0)
-    assert screen.tried == [1.0]
+    assert screen.tried == [1.0, 2.0]
 
 
 def test_each_side_of_what_the_file_states_begins_next_to_it():
     screen = Lines(ALONG, ACROSS)
-    screen.scan(grid(-2.0, -1.0, 1.0, 2.0), {})
-    assert screen.tried == [-1.0, 1.0]
+    screen.scan(grid(-3.0, -2.0, -1.0, 1.0, 2.0, 3.0), {})
+    assert screen.tried == [-1.0, -2.0, 1.0, 2.0]
     limit = Lines(ALONG, ACROSS)
     limit.scan(grid(1.0, 2.0, 3.0, neutral=inf), {})
-    assert limit.tried == [3.0]
+    assert limit.tried == [3.0, 2.0]
+
+
+class Late(Lines):
+    """A figure that does something else within a row than beyond it."""
+
+    def signal(self, values):
+        (x,) = values.values()
+        self.tried.append(x)
+        return x * self.one if x > 1 else ACROSS
+
+
+def test_one_strength_that_promises_nothing_hides_no_other():
+    screen = Late(-3.0 * ALONG, ALONG)
+    gain, strength = screen.scan(grid(1.0, 2.0, 3.0), {})
+    assert strength == 3.0
+    assert gain == pytest.approx(0.5 * 30.0**2)
+    assert screen.tried == [1.0, 2.0, 3.0]
 
 
 @pytest.mark.parametrize("strengths", [(1.0, 2.0, 3.0, 4.0), (4.0, 3.0, 2.0, 1.0)])
@@ -53,5 +70,5 @@ def test_what_promises_is_followed_to_the_best(strengths):
 
 def test_a_faint_signal_tells_nothing_of_stronger_ones():
     screen = Lines(ALONG, 0.5 * ACROSS)  # 12.5 nats, then 50
-    screen.scan(grid(1.0, 2.0, 3.0), {})
-    assert screen.tried == [1.0, 2.0]
+    screen.scan(grid(1.0, 2.0, 3.0, 4.0), {})
+    assert screen.tried == [1.0, 2.0, 3.0]

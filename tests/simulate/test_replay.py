@@ -163,7 +163,7 @@ def test_a_surveyed_hill_has_its_slope():
 
 @pytest.mark.parametrize("step", [0.5, 1.0, 5.0])
 def test_rounded_heights_give_the_slope_of_the_hill(step):
-    """A row's reading stands for metres, then leaps: what a map or a barometer gives."""
+    """A reading stands for metres, then leaps: what a map or a barometer gives."""
     s = np.cumsum(1.2 + 0.5 * np.sin(np.arange(6000) / 300))
     height = 20 * np.sin(2 * np.pi * s / 3000)
     true = 20 * 2 * np.pi / 3000 * np.cos(2 * np.pi * s / 3000)
