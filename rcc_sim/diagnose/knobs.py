@@ -41,6 +41,8 @@ STEPPED = {"speed_dead_zone"}
 """Effects whose threshold a reference passes at its rows: as it moves, a launch comes
 a row sooner or later all at once."""
 
+BY_ROWS = {"sensor_delay"}
+"""Effects that take a reading from another row: within one, nothing changes."""
 
 SAME_FIGURE = {
     "effects.front_cornering_stiffness.scale": (
@@ -104,7 +106,12 @@ class Knob:
     @property
     def is_stepped(self) -> bool:
         """Whether the model changes in steps as the figure moves."""
-        return self.key.split(".")[1] in STEPPED
+        return not STEPPED.isdisjoint(self.key.split("."))
+
+    @property
+    def by_factor(self) -> bool:
+        """Whether it moves by factors."""
+        return self.key in FACTORS
 
     @property
     def stride(self) -> float:
@@ -120,11 +127,13 @@ class Knob:
         each other: by a per cent where one alone would gain thousands of nats. Signals
         over a step that bends them by more make such a valley look closed.
         """
+        if not BY_ROWS.isdisjoint(self.key.split(".")):
+            return self
         return replace(self, step=min(self.stride, NEARBY * sd))
 
     def moved(self, value: float, by: float) -> float:
         """Return a value after a step, within the bounds."""
-        if self.key in FACTORS and value > 0:
+        if self.by_factor and value > 0:
             return self.within(value * exp(min(by / value, MOST_FACTOR)))
         return self.within(value + by)
 

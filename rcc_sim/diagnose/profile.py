@@ -36,6 +36,10 @@ DRIFTS = ("effects.auxiliary_load.power_w",)
 ROUNDS = 4
 """Rounds in which a profile and the noise find their shares."""
 
+OWN = 0.04
+"""Least share of a knot's variance that counts as its own, not as that of all of
+them: what they have in common is no better known."""
+
 
 @dataclass(frozen=True)
 class Profile:
@@ -93,8 +97,17 @@ class Profile:
         )
 
     def clear_at(self, x: Array, times: float = 2.0) -> NDArray[np.bool_]:
-        """Tell where the strength is beyond some standard deviations."""
-        return np.abs(self.at(x)) > times * np.interp(x, self.knots, self.sd)
+        """Tell where the strength is beyond some standard deviations.
+
+        Of nil, or of what it usually is: that of all knots together, which a tolerance
+        may make up for, is then no doubt.
+        """
+        usual = float(np.median(self.value))
+        own = np.sqrt(np.maximum(self.sd**2 - self.mean_sd**2, OWN * self.sd**2))
+        sd, own = (np.interp(x, self.knots, y) for y in (self.sd, own))
+        value = self.at(x)
+        apart = (np.abs(value - usual) > times * own) & (np.abs(value) > abs(usual))
+        return apart | (np.abs(value) > times * sd)
 
 
 def shares(signal: list[Array], noise: list[Whitener]) -> Array:

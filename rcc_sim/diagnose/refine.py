@@ -367,11 +367,14 @@ def with_effect(
         new = engine.improve(now, along=kept + own, fixed=True, rounds=1)
         gain = new.score - now.score
         now = new
-        if gain < SETTLED or now.score >= enough:
+        if now.score >= enough:
+            return now
+        if gain < SETTLED:
+            if not any(k.by_factor for k in mine):
+                return now
             break
-    else:  # so far off that the base's own signals have bent
-        now = engine.improve(now, rounds=ANEW)
-    return now
+    # so far off that the base's own signals have bent, or grown by a factor
+    return engine.improve(now, rounds=ANEW)
 
 
 def effect_knobs(screened: Screened) -> list[Knob]:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rcc_sim.diagnose.candidates import Candidate, Search
-from rcc_sim.diagnose.engine import Engine
+from rcc_sim.diagnose.engine import THREAD, Engine
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import Knob
 from rcc_sim.diagnose.refine import contenders, likely, refine, released, screened
@@ -19,14 +19,15 @@ STATED = Knob("stated", 1.0, 0.05, low=0.05)
 
 
 @pytest.fixture
-def engine():
+def engine(monkeypatch):
     """A decay that an effect speeds up by half, beside its stated rate."""
+    monkeypatch.setattr("rcc_sim.diagnose.knobs.FACTORS", {"stated", "factor"})
     rng = np.random.default_rng(3)
     t = np.linspace(0, 3, 4000)
     seen = np.exp(-1.5 * t) + NOISE * rng.normal(size=len(t))
     engine = object.__new__(Engine)  # without a log
     engine.problems = ()
-    engine.pool = ThreadPoolExecutor(1)
+    engine.pool = ThreadPoolExecutor(1, THREAD)
     engine.tracks = [(0, "seen")]
     engine.valid = [np.ones(len(t), dtype=bool)]
     engine.grows_with, engine.edges, engine.least = [[]], [[]], [0.0]
