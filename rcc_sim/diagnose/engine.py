@@ -225,7 +225,7 @@ class Engine:
                 ]
             for wider in WIDER if k.sd == inf else WIDER[:1]:
                 h, new = self.aside(values, k, k.inward(values[k.key], wider))
-                per = 1 / h if h else 0.0  # between bounds that leave no room
+                per = 1 / h if h else 0.0  # too small for the figure to change
                 change = [per * (a - b) for a, b in zip(new, base, strict=True)]
                 if any(np.nan_to_num(c).any() for c in change):
                     break
@@ -323,11 +323,10 @@ class Engine:
             gain = new.score - now.score if new else 0.0
             if new:
                 now = replace(new, information=H, signals=tangent.signals)
-            if gain < (LITTLE if turn < PATIENT else SETTLED):
-                if fixed or not old:
-                    break
-                tangent = None
-            elif not fixed and (old or gain < MUCH * promised):
+            settled = gain < (LITTLE if turn < PATIENT else SETTLED)
+            if settled and (fixed or not old):
+                break
+            if not fixed and (old or gain < MUCH * promised):
                 tangent = None
             old = True
         return now

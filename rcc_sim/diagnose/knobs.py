@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import exp, inf, isfinite
 
@@ -103,10 +103,14 @@ class Knob:
     high: float = inf
     step: float = 0.0
 
+    def is_of(self, effects: Collection[str]) -> bool:
+        """Tell whether it is a figure of one of some effects."""
+        return any(part in effects for part in self.key.split("."))
+
     @property
     def is_stepped(self) -> bool:
         """Whether the model changes in steps as the figure moves."""
-        return not STEPPED.isdisjoint(self.key.split("."))
+        return self.is_of(STEPPED)
 
     @property
     def by_factor(self) -> bool:
@@ -127,7 +131,7 @@ class Knob:
         each other: by a per cent where one alone would gain thousands of nats. Signals
         over a step that bends them by more make such a valley look closed.
         """
-        if not BY_ROWS.isdisjoint(self.key.split(".")):
+        if self.is_of(BY_ROWS):
             return self
         return replace(self, step=min(self.stride, NEARBY * sd))
 

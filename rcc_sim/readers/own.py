@@ -19,6 +19,8 @@ UNITLESS = ("throttle", "slope", "steering", "duty_cycle")
 """Own columns that carry no unit."""
 
 NO_UNIT = "its name has no unit, so it is none of rccsim's columns"
+MAPPED = "compared with nothing; --map says what a column is"
+
 WRITTEN = {
     "kmh": "km/h",
     "kph": "km/h",
@@ -34,8 +36,6 @@ WRITTEN = {
     "km": "km",
 }
 """How a name may end in a unit that is not ours -> the unit."""
-
-MAPPED = "compared with nothing; --map says what a column is"
 
 
 def sniff(source: Source) -> bool:
@@ -67,7 +67,7 @@ def read(source: Source, columns: ColumnMap | None = None) -> Log:
     found: dict[str, Array] = {}
     for name in wanted:
         ours, factor = converted(name)
-        if ours in table.names:
+        if ours in table.names or ours in found:
             ours, factor = name, 1.0
         if not _is_named_so(ours):
             report.flaws.append(Flaw("unknown", name, NO_UNIT, MAPPED))

@@ -15,7 +15,15 @@ from rcc_sim.report.html_parts import (
     section,
     table,
 )
-from rcc_sim.report.text import Markup, figures, joined, percent, probable, tag
+from rcc_sim.report.text import (
+    Markup,
+    figures,
+    joined,
+    percent,
+    probable,
+    signed,
+    tag,
+)
 from rcc_sim.units import unit_of
 
 SHOWN = 8
@@ -74,7 +82,7 @@ def _asserted(diagnosis: Mapping[str, Any]) -> Markup:
 def _added(energy: Any) -> str:
     if energy is None:
         return ""
-    return ("+" if energy > 0 else "") + figures(float(energy))
+    return signed(float(energy))
 
 
 def _parameters(parameters: Mapping[str, Any]) -> Markup:

@@ -79,6 +79,11 @@ def figures(value: object, digits: int = 3) -> str:
     return text.replace("-", "−")
 
 
+def signed(value: float, digits: int = 3) -> str:
+    """Return a number as a person reads it, with a plus where it is more than nil."""
+    return ("+" if value > 0 else "") + figures(value, digits)
+
+
 def probable(chance: object) -> str:
     """Return a probability as percent; the largest that is stated as a bound."""
     from rcc_sim.diagnose.verdict import SUREST

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from rcc_sim.report.text import figures, percent, probable
+from rcc_sim.report.text import figures, percent, probable, signed
 from rcc_sim.units import SUFFIXES, unit_of
 
 STATUS = {
@@ -72,8 +72,7 @@ def _place(where: Mapping[str, Any]) -> str:
         if rows:
             most = max(rows, key=lambda r: abs(r["gap_wh"]))
             name = str(most[key]).replace("_", " ")
-            wh = ("+" if most["gap_wh"] > 0 else "") + figures(most["gap_wh"])
-            told.append(words.format(wh=wh, name=name))
+            told.append(words.format(wh=signed(most["gap_wh"]), name=name))
     return ", ".join(told)
 
 

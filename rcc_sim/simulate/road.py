@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-CELLS = 240
-"""Most cells that a road is cut into."""
+CELLS, READINGS = 240, 8
+"""Most cells that a road is cut into, and readings that each holds at least."""
 
 STANDS = 0.8
 """Share of the readings that repeat the one before beyond which heights are rounded."""
@@ -38,22 +38,22 @@ def surveyed_slope(distance: Array, elevation: Array) -> tuple[Array, Array]:
 
     ok = np.isfinite(distance) & np.isfinite(elevation)
     s, h = distance[ok], elevation[ok]
-    sure, step_noise, each = np.ones(len(s)), 0.0, 8
-    if is_stepped(s, h):
+    sure, step_noise, each = np.ones(len(s)), 0.0, READINGS
+    if is_rounded(s, h):
         s, h, sure, step_noise = passed(s, h)
         each = 1
     length = float(s[-1] - s[0]) if len(s) else 0.0
     if len(s) < 10 or length <= 0:
         return np.zeros(1), np.zeros(1)
-    k = int(min(CELLS, max(len(s) // each, 4)))
-    edges, cell = cells(s, k)
+    edges, cell = cells(s, each)
+    k = len(edges) - 1
     count = np.bincount(cell, sure, minlength=k)
     used = count > 0
     mean, place = (
         np.bincount(cell, sure * x, minlength=k) / np.where(used, count, 1.0)
         for x in (h, s)
     )
-    noise2 = step_noise or within(cell, s - place[cell], h - mean[cell], k)
+    noise2 = step_noise or within(cell, s, h, k)
     bands = second_differences(k)
     step = edges[1] - edges[0]
     best = (-np.inf, mean)
@@ -88,13 +88,14 @@ def surveyed_slope(distance: Array, elevation: Array) -> tuple[Array, Array]:
     return 0.5 * (middle[1:] + middle[:-1]), dh / run
 
 
-def cells(s: Array, k: int) -> tuple[Array, NDArray[np.int_]]:
-    """Return the edges of k cells of a road, and the cell of each place."""
+def cells(s: Array, each: int) -> tuple[Array, NDArray[np.int_]]:
+    """Return the edges of a road's cells, of so many places each, and each's cell."""
+    k = int(min(CELLS, max(len(s) // each, 4)))
     edges = np.linspace(s[0], s[-1], k + 1)
     return edges, np.clip(np.searchsorted(edges, s, side="right") - 1, 0, k - 1)
 
 
-def is_stepped(s: Array, h: Array) -> bool:
+def is_rounded(s: Array, h: Array) -> bool:
     """Tell whether heights are rounded: they stand, and then go on the way they went.
 
     Where noise makes them flicker between two steps, or they wander by more than a
@@ -108,11 +109,9 @@ def is_stepped(s: Array, h: Array) -> bool:
     turns = float(np.mean(np.sign(steps[1:]) != np.sign(steps[:-1])))
     if stands < STANDS or turns > TURNS:
         return False
-    k = int(min(CELLS, max(len(s) // 8, 4)))
-    _, cell = cells(s, k)
-    count = np.maximum(np.bincount(cell, minlength=k), 1)
-    along, across = (x - (np.bincount(cell, x, k) / count)[cell] for x in (s, h))
-    return within(cell, along, across, k) < float(np.abs(steps).min()) ** 2 / 12
+    edges, cell = cells(s, READINGS)
+    wander = within(cell, s, h, len(edges) - 1)
+    return wander < float(np.abs(steps).min()) ** 2 / 12
 
 
 def passed(s: Array, h: Array) -> tuple[Array, Array, Array, float]:
@@ -139,6 +138,8 @@ def passed(s: Array, h: Array) -> tuple[Array, Array, Array, float]:
 
 def within(cell: NDArray[np.int_], s: Array, h: Array, k: int) -> float:
     """Variance of heights [m²] about a straight slope in each of k cells."""
+    count = np.maximum(np.bincount(cell, minlength=k), 1)
+    s, h = (x - (np.bincount(cell, x, k) / count)[cell] for x in (s, h))
     along, across, rise = (
         np.bincount(cell, x, minlength=k) for x in (s * s, h * s, h * h)
     )

@@ -63,6 +63,14 @@ def test_what_stands_in_our_unit_too_is_not_converted_over_it(tmp_path):
     assert trace["speed_kmh"].tolist() == [9, 9, 9]
 
 
+def test_two_units_of_one_channel_are_both_kept(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("time_s,speed_kmh,speed_mph\n0,36,9\n1,72,8\n2,36,7\n")
+    trace = read_log(path).trace
+    assert trace["speed_mps"].tolist() == pytest.approx([10, 20, 10])
+    assert trace["speed_mph"].tolist() == [9, 8, 7]
+
+
 def test_rows_are_kept_where_time_stands_jumps_or_is_blank(tmp_path):
     path = tmp_path / "log.csv"
     path.write_text("time_s,speed_mps\n0,1\n0,2\n5,3\n4,4\n,5\n6,\n\n7,nan\n8,inf\n")

@@ -237,7 +237,8 @@ def geared(
 
     No unit is wrong by so little: a sensor's scale is, or one of those figures.
     """
-    if vehicle is None:
+    pair = {"motor_speed_radps", "speed_mps"}
+    if vehicle is None or not pair.isdisjoint(suspects):
         return []
     radius = vehicle.tyres.radius_m
     margin = max(GEARED, 3 * radius.sd / radius.value)
@@ -252,9 +253,8 @@ def geared(
             severity="warning",
         )
         for r in found
-        if {"motor_speed_radps", "speed_mps"} == r.powers.keys()
+        if pair == r.powers.keys()
         and r.allows(1.0)
-        and not {"motor_speed_radps", "speed_mps"} & {*suspects}
         and (r.low > 1 + margin or r.high < 1 - margin)
     ]
 
