@@ -61,14 +61,15 @@ def test_the_ranking_says_what_the_status_says():
     assert likeliest(gains | {"payload": 50.0}, NOTHING, [sure]) == "payload"
 
 
-def stands(effect, gain, change):
+def stands(effect, gain, change, sharpened=1.0):
     key = f"effects.{effect}.x"
     white = Whitener(np.ones(50), np.zeros(0), [0, 1], 1.0, np.ones(50, bool))
     still, moves = [np.zeros(50)], [[np.ones(50)]]
     fit = Fit({key: 1.0}, (Knob(key, 1.0),), 0, 0, [white], still, signals=moves)
     own = Remainder(change, effect, "time_s", [], shares=np.zeros(1))
     left = Remainder(change, effect, "time_s", [], rivals=(own,))
-    return bool(standing([Cause(effect, (key,), gain)], left, fit))
+    cause = Cause(effect, (key,), gain, sharpened=sharpened)
+    return bool(standing([cause], left, fit))
 
 
 def test_a_cause_that_comes_and_goes_is_withdrawn():
@@ -77,6 +78,10 @@ def test_a_cause_that_comes_and_goes_is_withdrawn():
     assert not stands("drivetrain_friction", 74.0, 28.0)
     assert stands("current_limit", 3883.0, 30.0)
     assert stands("auxiliary_load", 100.0, 60.0)  # it may vary
+    # by the noise that it leaves it gained more than by that in which it hid
+    assert stands("drivetrain_friction", 123.0, 27.0, sharpened=3.3)
+    assert stands("rolling_resistance", 135.0, 26.0, sharpened=1.6)
+    assert not stands("drivetrain_friction", 157.0, 54.0, sharpened=1.7)
 
 
 def test_causes_that_stay_are_fitted_again_from_where_all_stood():
