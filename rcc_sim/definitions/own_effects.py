@@ -13,9 +13,9 @@ from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any
 
-from rcc_sim.errors import InputError
+from rcc_sim.errors import InputError, did_you_mean
 from rcc_sim.jit import cache_folder, jit
-from rcc_sim.physics.effect import Effect
+from rcc_sim.physics.effect import ACTS, DRIVES, OF, Effect
 from rcc_sim.physics.effects import EFFECTS
 from rcc_sim.physics.params import PARAMS, SINKS
 
@@ -229,6 +229,17 @@ def _check_claims(where: str, effect: Effect) -> None:
             raise InputError(f"{name}: typical should be a range within bounds")
         if not param.typical[1] <= param.bounds[1]:
             raise InputError(f"{name}: typical should be a range within bounds")
+        sought = param.sought
+        _check_words(f"{name}: sought.of", [sought.of], OF)
+        _check_words(f"{name}: sought.acts", [sought.acts], ACTS)
+        _check_words(f"{name}: sought.shows_in", sought.shows_in, DRIVES)
+    _check_words(f"{at}.shows_in", effect.shows_in, DRIVES)
+
+
+def _check_words(at: str, words: Iterable[str], known: Iterable[str]) -> None:
+    for word in words:
+        if word not in known:
+            raise InputError(f"{at}: {word!r}", did_you_mean(word, known))
 
 
 def _check_signature(own: OwnEffect) -> None:

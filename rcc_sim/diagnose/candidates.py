@@ -9,33 +9,10 @@ from math import inf, isfinite, log1p, sqrt
 import numpy as np
 
 from rcc_sim.definitions.vehicle import Vehicle
-from rcc_sim.diagnose.knobs import STEPPED
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.errors import InputError, did_you_mean
 from rcc_sim.physics.effect import Effect, Param
 from rcc_sim.units import G, unit_of
-
-DRAGGED = ("iron_loss",)
-"""What a car that coasts drags along, so that the sum of its losses holds it too."""
-
-NOT_FITTED = {"air_density_kg_per_m3"}
-"""Figures that stand beside another and never vary on their own."""
-
-AGGREGATES = {"road_load", "motor_efficiency"}
-"""Effects that sum up others: they are no causes unless the file states them."""
-
-IF_ASKED = {"steering_drag"}
-"""Effects of some cars alone: no causes unless they were withheld, or asked for."""
-
-SPEED_LOOP = {"reference_sampling", "speed_dead_zone", "speed_loop"}
-COMMANDED = {"actuation_delay", "motor_lag", "current_limit", *SPEED_LOOP}
-ROLLED = {"wheel_radius", "speed_sensor_scale"}
-"""Effects that an imposed drive shows only by how it turns: without, they are a factor
-on every force."""
-
-TURNED = {"yaw_inertia"}
-"""Effects of how a yaw rate changes: where one is imposed as it was measured, that is
-its noise above all."""
 
 LIKELY = 5.0
 """Strength that is tried first, in small changes of its unit."""
@@ -48,16 +25,18 @@ SLIGHT = 0.05
 radius is no better defined than by what its tyre slips."""
 
 BEYOND = 2.5
-"""Times its typical departure from neutral that a scale, a wind or a slope may have."""
+"""Times its typical departure from neutral that a scale may have."""
 
 FREEDOM, T_90 = 4.0, 2.132
 """Degrees of freedom of what strengths are likely, and the t within which nine in ten
 are."""
 
-OUTDOORS = {"headwind", "road_grade"}
+LIMITS = 6
+"""Strengths that are tried of a limit."""
 
-LIGHTEST, HEAVIEST = 0.5, 1.0
-"""Shares of its mass that a vehicle may lack, and carry."""
+SHORTEST_CLOCK, ANGLE = 0.01, 0.1
+"""Shortest time between two orders that a log may tell [s]; and the angle of the wheels
+whose shares are tried where none was asked [rad]."""
 
 WITHIN = 5.0
 """Factor within which a stated figure of the car itself lies: what asks for more is not
@@ -65,17 +44,6 @@ that figure."""
 
 MEASURED = {"N", "N m", "N m s/rad", "kg m²", "m²", "Ω", "1"}
 """Units of such figures; a load, in W or kg, may be any times what was stated."""
-
-CLOCKED = {"reference_sampling"}
-THROTTLE = {"throttle_dead_zone"}
-DELAYS = {"actuation_delay", "steering_delay", "steering_lag", "motor_lag"}
-
-SENSOR_DELAYS = {
-    "yaw_rate_delay_s": "yaw_rate_radps",
-    "accel_delay_s": "accel_y_mps2",
-    "battery_delay_s": "battery_current_a",
-}
-"""Delays of a sensor that a log can show, and by which column."""
 
 
 @dataclass(frozen=True)
@@ -94,11 +62,10 @@ class Search:
         Strength that is tried first.
     grid : tuple of float
         Strengths that are all tried: for thresholds, limits and clocks.
-    clocked : bool
-        Whether it is a period, whose signal has no slope at all: found by trying alone.
-    stepped : bool
-        Whether it acts where a command passes it, and between two commands not at all:
-        its slope leads nowhere far.
+    acts : str
+        How the model changes as it moves.
+    same_as : str
+        Figure of the file that it adds to, or multiplies.
     least : float
         Distance from neutral below which a model is no better than its effect.
     most : float
@@ -113,11 +80,21 @@ class Search:
     high: float
     first: float
     grid: tuple[float, ...] = ()
-    clocked: bool = False
-    stepped: bool = False
+    acts: str = ""
+    same_as: str = ""
     least: float = 0.0
     most: float = inf
     likely: float = inf
+
+    @property
+    def clocked(self) -> bool:
+        """Whether it is a period, whose signal has no slope: found by trying alone."""
+        return self.acts == "clock"
+
+    @property
+    def stepped(self) -> bool:
+        """Whether it acts where a command passes it, and between two not at all."""
+        return self.acts == "steps"
 
     def price(self, x: float) -> float:
         """Nats that a strength costs: nine of ten are no larger than is usual.
@@ -136,11 +113,13 @@ class Candidate:
     """An effect that may be missing from the vehicle, or not be what it states.
 
     Of some several figures may be off at once: each sensor has a delay of its own.
+    Some are sums of others.
     """
 
     effect: str
     searches: tuple[Search, ...]
     several: bool = False
+    is_sum: bool = False
 
     def price(self, values: Mapping[str, float], keys: Collection[str]) -> float:
         """Nats that some of its figures cost."""
@@ -164,22 +143,22 @@ def candidates_for(
     """
     first = problems[0]
     known = first.vehicle.known
-    sums = {*withheld} & AGGREGATES
-    quiet = IF_ASKED | (AGGREGATES - first.vehicle.effects.keys())
-    parts = {p for name in sums for p in (*known[name].excludes, *DRAGGED)}
+    parts = {part for name in withheld for part in known[name].sums}
     found = []
     for name, effect in known.items():
         if name in parts and name not in only:
             continue  # it was in the sum that was taken out
         if (only and name not in only) or not applies(first, effect):
             continue
-        if name in quiet and name not in withheld and name not in only:
+        stated = effect.sums and name in first.vehicle.effects
+        asked = stated or name in withheld or name in only
+        if (effect.sums or effect.rare) and not asked:
             continue
         params = [p for p in effect.params if is_fitted(first, effect, p)]
         searches = tuple(search_of(first, effect, p) for p in params)
         if searches:
-            several = effect.sensor or name in AGGREGATES
-            found.append(Candidate(name, searches, several))
+            is_sum = bool(effect.sums)
+            found.append(Candidate(name, searches, effect.sensor or is_sum, is_sum))
     missing = [name for name in only if name not in {c.effect for c in found}]
     if missing:
         if missing[0] in known:
@@ -191,27 +170,29 @@ def candidates_for(
 
 def applies(problem: Problem, effect: Effect) -> bool:
     """Tell whether an effect could act, and show, in a log."""
-    vehicle, drive, name = problem.vehicle, problem.drive, effect.id
-    mode = vehicle.controller.mode if vehicle.controller else "torque"
+    vehicle, known = problem.vehicle, problem.vehicle.known
     stated = vehicle.effects
-    if name in COMMANDED and drive.imposed:
-        return False
-    if (name in SPEED_LOOP and mode != "speed") or (
-        name in THROTTLE and (mode != "throttle" or drive.imposed)
-    ):
-        return False
-    if name.startswith("steering") and not drive.steered:
-        return False
-    if name in ROLLED | TURNED and drive.turns_as_measured:
-        return False
-    if name == "road_grade" and problem.surveyed:
-        return False
-    known = vehicle.known
     if any(other in stated for other in effect.excludes):
         return False
-    if any(name in known[other].excludes for other in stated):
+    if any(effect.id in known[other].excludes for other in stated):
         return False
-    return has_needs(vehicle, effect)
+    return shows_in(problem, effect.shows_in) and has_needs(vehicle, effect)
+
+
+def shows_in(problem: Problem, drives: Collection[str]) -> bool:
+    """Tell whether a drive is all that it must be for a figure to show in it."""
+    vehicle, drive = problem.vehicle, problem.drive
+    mode = vehicle.controller.mode if vehicle.controller else "torque"
+    found = {
+        "commanded": not drive.imposed,
+        "imposed": drive.imposed,
+        "speed_loop": mode == "speed",
+        "throttle": mode == "throttle",
+        "steered": drive.steered,
+        "turning": not drive.turns_as_measured,
+        "unsurveyed": not problem.surveyed,
+    }
+    return all(found[what] for what in drives)
 
 
 def has_needs(vehicle: Vehicle, effect: Effect) -> bool:
@@ -232,19 +213,12 @@ def has_needs(vehicle: Vehicle, effect: Effect) -> bool:
 
 def is_fitted(problem: Problem, effect: Effect, param: Param) -> bool:
     """Tell whether a figure of an effect is one to be found."""
-    if param.name in NOT_FITTED:
+    sought, given = param.sought, problem.vehicle.effects.get(effect.id, {})
+    if effect.either and given:
+        return param.name in given
+    if not sought.fitted or not shows_in(problem, sought.shows_in):
         return False
-    if effect.id == "regeneration_limit":
-        given = problem.vehicle.effects.get(effect.id, {})
-        if given:
-            return param.name in given
-        return (param.name == "max_current_a") == (not problem.drive.imposed)
-    if effect.id == "sensor_delay":
-        return SENSOR_DELAYS.get(param.name, "") in problem.channels
-    if effect.id == "accelerometer_bias":
-        axis = param.name.partition("_")[0]
-        return f"accel_{axis}_mps2" in problem.channels
-    return True
+    return not sought.column or sought.column in problem.channels
 
 
 def search_of(problem: Problem, effect: Effect, param: Param) -> Search:
@@ -253,13 +227,10 @@ def search_of(problem: Problem, effect: Effect, param: Param) -> Search:
     stated = problem.vehicle.figures().get(key)
     neutral = stated.value if stated else param.neutral
     low, high = param.bounds
-    grid = grid_of(problem, effect, param)
-    if effect.id == "sensor_delay":
-        low = grid[0]  # within a row a delay cannot be told from smoothing
-    if effect.id == "payload":
-        mass = problem.vehicle.body.mass_kg.value
-        low = max(low, neutral - LIGHTEST * mass)
-        high = min(high, neutral + HEAVIEST * mass)
+    grid = grid_of(problem, param)
+    if param.sought.limits:
+        per, (least, most) = size_of(problem, param.sought.of), param.sought.limits
+        low, high = max(low, per * least), min(high, per * most)
     a, b = param.typical
     small = problem.small.get(unit_of(param.name))
     least = 0.0
@@ -269,8 +240,6 @@ def search_of(problem: Problem, effect: Effect, param: Param) -> Search:
         first = b
     elif a < 0:
         first = param.neutral + 0.3 * b
-        if effect.id in OUTDOORS:
-            low, high = max(low, BEYOND * a), min(high, BEYOND * b)
     elif param.neutral == 1.0:
         first = 0.5 * (1 + a)
         least = SLIGHT * max(1 - a, b - 1)
@@ -284,50 +253,56 @@ def search_of(problem: Problem, effect: Effect, param: Param) -> Search:
     most = most if small is None else USUAL * small
     decades = param.neutral == 0.0 < a and not (stated and neutral)
     likely = first if decades else most
-    clocked, stepped = effect.id in CLOCKED, effect.id in STEPPED
-    more = (grid, clocked, stepped, least, most, likely)
-    return Search(key, neutral, low, high, first, *more)
+    how = (param.acts, param.sought.same_as)
+    return Search(key, neutral, low, high, first, grid, *how, least, most, likely)
 
 
-def grid_of(problem: Problem, effect: Effect, param: Param) -> tuple[float, ...]:
-    """Strengths to try for an effect that has no slope at neutral; else none."""
+def grid_of(problem: Problem, param: Param) -> tuple[float, ...]:
+    """Strengths to try for a figure that has no slope at neutral; else none.
+
+    One at least, where all would be too long. Of a limit that says nothing of them, its
+    typical range's.
+    """
+    sought = param.sought
+    if param.neutral == inf and not sought.tried:
+        least, most = param.typical
+        return tuple(np.geomspace(max(least, 0.01 * most), most, LIMITS).tolist())
+    per = size_of(problem, sought.of)
+    if not (sought.tried and per > 0):
+        return ()
+    grid = tuple(per * x for x in sought.tried)
+    return tuple(x for x in grid if x <= sought.longest) or grid[:1]
+
+
+def size_of(problem: Problem, of: str) -> float:
+    """What strengths are shares of, in a drive; 0 where it has no such thing."""
+    vehicle, drive = problem.vehicle, problem.nominal
     row = float(np.median(np.diff(problem.log["time_s"])))
-    mass, nominal = problem.vehicle.body.mass_kg.value, problem.nominal
-    name = effect.id
-    if name == "longitudinal_slip":
-        return tuple(mass * G * x for x in (3.0, 6.0, 12.0, 25.0))
-    if name == "tyre_saturation":
-        return (0.3, 0.4, 0.5, 0.6, 0.7, 0.85, 1.0)
-    if name in ("current_limit", "regeneration_limit"):
-        return limits(problem, name, param)
-    if name == "reference_sampling":
-        hold = max(row, 0.01)
-        return tuple(hold * k for k in range(2, 51) if hold * k <= 2)
-    if name == "speed_dead_zone":
-        top = float(np.nanmax(nominal["motor_speed_radps"]))
-        return tuple(top * x for x in (0.01, 0.02, 0.03, 0.045, 0.06, 0.09, 0.13))
-    if name == "sensor_delay":
-        return tuple(row * k for k in (1.0, 2.0, 5.0, 10.0) if row * k < 0.5) or (row,)
-    if name in DELAYS:
-        return (0.01, 0.03, 0.06, 0.1, 0.16)
-    if name == "tyre_relaxation":
-        return tuple(problem.vehicle.wheelbase * x for x in (0.05, 0.12, 0.3, 0.6, 1.0))
-    if name == "steering_backlash":
-        most = float(np.nanmax(np.abs(problem.log["steer_cmd_rad"]))) or 0.1
-        return tuple(most * x for x in (0.05, 0.12, 0.25))
-    if name == "throttle_dead_zone":
-        return (0.05, 0.1, 0.15, 0.2, 0.3)
-    return ()
+    match of:
+        case "mass":
+            return vehicle.body.mass_kg.value
+        case "weight":
+            return vehicle.body.mass_kg.value * G
+        case "wheelbase":
+            return vehicle.wheelbase
+        case "row":
+            return row
+        case "clock":
+            return max(row, SHORTEST_CLOCK)
+        case "motor_speed":
+            return float(np.nanmax(drive["motor_speed_radps"]))
+        case "steering":
+            return float(np.nanmax(np.abs(problem.log["steer_cmd_rad"]))) or ANGLE
+        case "motor_current":
+            return most_asked(problem, "motor_current_a", 1.0)
+        case "braking_current":
+            return most_asked(problem, "motor_current_a", -1.0)
+        case "braking_torque":
+            return most_asked(problem, "motor_torque_nm", -1.0)
+    return 1.0
 
 
-def limits(problem: Problem, name: str, param: Param) -> tuple[float, ...]:
-    """Shares of the most that the drive asked of a limited current or torque."""
-    by_torque = param.name.endswith("nm")
-    column = "motor_torque_nm" if by_torque else "motor_current_a"
-    sign = 1.0 if name == "current_limit" else -1.0
-    most = 0.0
-    for columns in (problem.nominal, problem.log):
-        if column in columns:
-            most = max(most, float(np.nanmax(sign * columns[column])))
-    shares = (0.3, 0.45, 0.6, 0.75, 0.9) if sign > 0 else (0.0, 0.1, 0.25, 0.5, 0.75)
-    return tuple(most * x for x in shares) if most > 0 else ()
+def most_asked(problem: Problem, column: str, sign: float) -> float:
+    """Most that a drive asked of a current or a torque, in the model or in the log."""
+    columns = (c[column] for c in (problem.nominal, problem.log) if column in c)
+    return max((float(np.nanmax(sign * x)) for x in columns), default=0.0)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import exp, inf, isfinite
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.definitions.figure import Z_90
+from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.physics.effects import EFFECTS
 
@@ -37,40 +38,6 @@ BIAS = "bias."
 
 CALM_PARTS = 30
 
-STEPPED = {"speed_dead_zone"}
-"""Effects whose threshold a reference passes at its rows: as it moves, a launch comes
-a row sooner or later all at once."""
-
-BY_ROWS = {"sensor_delay"}
-"""Effects that take a reading from another row: within one, nothing changes."""
-
-SAME_FIGURE = {
-    "effects.front_cornering_stiffness.scale": (
-        "tyres.front_cornering_stiffness_n_per_rad",
-        True,
-    ),
-    "effects.rear_cornering_stiffness.scale": (
-        "tyres.rear_cornering_stiffness_n_per_rad",
-        True,
-    ),
-    "effects.yaw_inertia.scale": ("body.yaw_inertia_kgm2", True),
-    "effects.payload.mass_kg": ("body.mass_kg", False),
-    "effects.iron_loss.eddy_nms_per_rad": (
-        "effects.drivetrain_damping.damping_nms_per_rad",
-        False,
-    ),
-    "effects.iron_loss.hysteresis_torque_nm": (
-        "effects.drivetrain_friction.torque_nm",
-        False,
-    ),
-}
-"""Figure of an effect -> figure of the file that it moves, or acts as; and whether by a
-factor."""
-
-FACTORS = {x for e, (f, is_ratio) in SAME_FIGURE.items() if is_ratio for x in (e, f)}
-"""Figures that move by factors: where two of them trade, it is their product that the
-logs tell, and a step along both of them must not leave it."""
-
 MOST_FACTOR = 2.0
 """Largest logarithm of a factor by which a step moves a figure."""
 
@@ -94,6 +61,11 @@ class Knob:
         Its bounds.
     step : float
         Step of a finite difference.
+    acts : str
+        How the model changes as it moves: ``steps``, where a reference passes it at its
+        rows, all at once; by whole ``rows``, within which nothing changes; as a
+        ``factor``. Where two factors trade, it is their product that the logs tell, and
+        a step along both of them must not leave it.
     """
 
     key: str
@@ -102,20 +74,17 @@ class Knob:
     low: float = -inf
     high: float = inf
     step: float = 0.0
-
-    def is_of(self, effects: Collection[str]) -> bool:
-        """Tell whether it is a figure of one of some effects."""
-        return any(part in effects for part in self.key.split("."))
+    acts: str = ""
 
     @property
     def is_stepped(self) -> bool:
         """Whether the model changes in steps as the figure moves."""
-        return self.is_of(STEPPED)
+        return self.acts == "steps"
 
     @property
     def by_factor(self) -> bool:
         """Whether it moves by factors."""
-        return self.key in FACTORS
+        return self.acts == "factor"
 
     @property
     def stride(self) -> float:
@@ -131,7 +100,7 @@ class Knob:
         each other: by a per cent where one alone would gain thousands of nats. Signals
         over a step that bends them by more make such a valley look closed.
         """
-        if self.is_of(BY_ROWS):
+        if self.acts == "rows":
             return self
         return replace(self, step=min(self.stride, NEARBY * sd))
 
@@ -168,8 +137,19 @@ def tolerance_knobs(problem: Problem) -> list[Knob]:
                 knobs.append(Knob(RADIUS, 1.0, sd / figure.value, low=0.5, high=2.0))
         elif sd > 0:
             low, high = bounds_of(problem, key)
-            knobs.append(Knob(key, figure.value, sd, low, high))
+            acts = acts_of(problem.vehicle, key)
+            knobs.append(Knob(key, figure.value, sd, low, high, acts=acts))
     return knobs
+
+
+def acts_of(vehicle: Vehicle, key: str) -> str:
+    """Return how the model changes as a figure of a vehicle file moves."""
+    table, name, *rest = key.split(".")
+    if table == "effects":
+        return vehicle.known[name].param(rest[0]).acts
+    params = (p for effect in vehicle.known.values() for p in effect.params)
+    factors = {p.sought.same_as for p in params if p.is_factor}
+    return "factor" * (key in factors)
 
 
 def bounds_of(problem: Problem, key: str) -> tuple[float, float]:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from rcc_sim.diagnose.candidates import Candidate
 from rcc_sim.diagnose.engine import LEAPS, SETTLED, SHORTER, Engine
 from rcc_sim.diagnose.fit import Fit, Tangent
-from rcc_sim.diagnose.knobs import SAME_FIGURE, Knob
+from rcc_sim.diagnose.knobs import Knob
 from rcc_sim.diagnose.noise import Whitener
 from rcc_sim.diagnose.screen import Screen, Screened
 
@@ -140,19 +140,18 @@ def released(
             if abs(pull) > TOO_FAR:
                 one = Screened(candidate, 0.5 * pull**2, {key: fit.values[key]})
                 found.append((one, fit))
-    for key, (figure, is_ratio) in SAME_FIGURE.items():
-        knob = knobs.get(figure)
-        if key not in sought or knob is None or not knob.sd < inf:
+    for key, (candidate, search) in sought.items():
+        knob = knobs.get(search.same_as)
+        if knob is None or not knob.sd < inf:
             continue
-        candidate, search = sought[key]
-        now = fit.values[figure]
+        now = fit.values[knob.key]
         pull = (now - knob.value) / knob.sd
         if abs(pull) < TOO_FAR:
             continue
-        much = now / knob.value if is_ratio else now - knob.value
+        much = now / knob.value if search.acts == "factor" else now - knob.value
         values = {key: min(max(much, search.low), search.high)}
         start = engine.attempt(
-            fit.values | values | {figure: knob.value}, fit.knobs, fit.noise
+            fit.values | values | {knob.key: knob.value}, fit.knobs, fit.noise
         )
         if start is None:
             continue
@@ -386,5 +385,5 @@ def effect_knobs(screened: Screened) -> list[Knob]:
         x = screened.values[s.key]
         moved = abs(x - s.neutral) if s.neutral < inf else abs(x)
         step = 0.02 * (moved or abs(s.first) or 1.0)
-        knobs.append(Knob(s.key, x, inf, s.low, s.high, step))
+        knobs.append(Knob(s.key, x, inf, s.low, s.high, step, s.acts))
     return knobs

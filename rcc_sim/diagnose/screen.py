@@ -154,7 +154,7 @@ class Screen:
         if search.clocked and best[0] > 0:
             near = best[1] + TICK * np.arange(-FINER, FINER + 1)
             best = max(best, self.best_of(search.key, near[near > 0], held))
-        if search.stepped and best[0] > 0:
+        if search.stepped and (best[0] > 0 or self.may_be_near(search.key, best, held)):
             for apart in CLOSER:
                 near = best[1] * np.array([1 / apart, apart])
                 best = max(best, self.best_of(search.key, near, held))
@@ -179,9 +179,18 @@ class Screen:
                     break
         return best
 
+    def may_be_near(
+        self, key: str, best: tuple[float, float], held: dict[str, float]
+    ) -> bool:
+        """Tell whether a threshold that gains nothing is like one that would.
+
+        Where it acts too early or too late it loses more than it gains elsewhere.
+        """
+        return self.promise(self.signal({**held, key: best[1]})) > ENOUGH
+
     def promise(self, d: Array) -> float:
         """Nats that a signal would gain at its best size."""
-        return 0.5 * max(-float(self.left @ d), 0.0) ** 2 / float(d @ d)
+        return 0.5 * max(-float(self.left @ d), 0.0) ** 2 / (float(d @ d) or 1.0)
 
     def best_of(
         self, key: str, strengths: Iterable[float], held: dict[str, float]

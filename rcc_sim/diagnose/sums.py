@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from rcc_sim.diagnose.candidates import AGGREGATES, Candidate
+from rcc_sim.diagnose.candidates import Candidate
 from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
@@ -27,7 +27,7 @@ def with_all_figures(
     may be so large as to do at the log's speed what those found do there; it is begun
     from what was found, and from an equal share of each.
     """
-    sums = {c.effect: c for c in candidates if c.effect in AGGREGATES}
+    sums = {c.effect: c for c in candidates if c.is_sum}
     if not any(c.effect in sums for c in causes):
         return causes, fit
     moving = np.concatenate([p.speed[p.speed > 0] for p in engine.problems])

@@ -12,7 +12,7 @@ from rcc_sim.definitions.figure import Z_90
 from rcc_sim.diagnose.cause import ENOUGH, Cause
 from rcc_sim.diagnose.compete import Explanation, shares_of
 from rcc_sim.diagnose.fit import Fit
-from rcc_sim.diagnose.knobs import STEPPED
+from rcc_sim.diagnose.knobs import Knob
 from rcc_sim.diagnose.remainder import Remainder
 from rcc_sim.diagnose.screen import CLOSER, TICK
 from rcc_sim.physics.effects import EFFECTS
@@ -163,7 +163,7 @@ def estimates(
             out[name] = _of_profile(fit, key, cause, stated.get(key, 0.0))
         elif key in knobs:
             value = fit.values[key]
-            sd = hypot(fit.sd(key) * INTERVAL, resolution(key, value, row))
+            sd = hypot(fit.sd(key) * INTERVAL, resolution(knobs[key], value, row))
             sd = min(sd, knobs[key].high - knobs[key].low)
             low = max(value - Z_90 * sd, knobs[key].low)
             high = min(value + Z_90 * sd, knobs[key].high)
@@ -174,12 +174,11 @@ def estimates(
     return out
 
 
-def resolution(key: str, value: float, row: float) -> float:
+def resolution(knob: Knob, value: float, row: float) -> float:
     """How exactly a figure can be told at all, one sd, whatever the curvature says."""
-    _, effect, name = key.split(".")
-    if effect in STEPPED:
+    if knob.is_stepped:
         return (CLOSER[-1] - 1) * abs(value)
-    return ROW_SHARE * row if unit_of(name) == "s" else 0.0
+    return ROW_SHARE * row if unit_of(knob.key) == "s" else 0.0
 
 
 def _of_profile(fit: Fit, key: str, cause: Cause, stated: float) -> Estimate:

@@ -9,6 +9,67 @@ WIDER = 10.0
 """How far past its typical range a figure without a bound is looked for. [1]"""
 
 
+OF = (
+    *("", "mass", "weight", "wheelbase", "row", "clock", "motor_speed", "steering"),
+    *("motor_current", "braking_current", "braking_torque"),
+)
+"""What strengths may be stated as shares of: of nothing; the vehicle's mass [kg], its
+weight [N] or wheelbase [m]; the time between two rows, or between two orders that a log
+can tell apart [s]; the highest motor speed [rad/s], the largest angle of the wheels
+[rad], current [A], current or torque of braking [A, N m] of the drive."""
+
+ACTS = ("", "steps", "clock", "rows")
+"""How a model changes as a figure moves: smoothly; all at once, where a command passes
+a threshold; with no slope at all, as with a period; by whole rows of a log."""
+
+DRIVES = (
+    *("commanded", "imposed", "speed_loop", "throttle"),
+    *("steered", "turning", "unsurveyed"),
+)
+"""What a drive may have to be for an effect to show: driven by a controller, or as it
+was measured; controlled by speed, or by throttle; with steering; with a yaw rate that
+the model finds itself; on a road whose slope no log tells."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sought:
+    """How a diagnosis looks for a figure.
+
+    Where nothing is stated, along its slope, from a typical strength on.
+
+    Parameters
+    ----------
+    tried : tuple of float
+        Strengths that are all tried: those of thresholds, limits, delays and clocks.
+    limits : tuple of float or None
+        Least and most that is looked for, where that is less than the bounds.
+    of : str
+        What these are shares of, one of ``OF``.
+    longest : float
+        Largest strength that is tried, whatever it is a share of.
+    acts : str
+        How the model changes as it moves, one of ``ACTS``.
+    same_as : str
+        Figure of a vehicle file that it adds to, or multiplies where 1 is neutral.
+    shows_in : tuple of str
+        What a drive must be for it to show, of ``DRIVES``.
+    column : str
+        Column of a log without which it does not show.
+    fitted : bool
+        Whether it is looked for at all; else it stands beside another.
+    """
+
+    tried: tuple[float, ...] = ()
+    limits: tuple[float, float] | None = None
+    of: str = ""
+    longest: float = inf
+    acts: str = ""
+    same_as: str = ""
+    shows_in: tuple[str, ...] = ()
+    column: str = ""
+    fitted: bool = True
+
+
 @dataclass(frozen=True, slots=True)
 class Param:
     """One parameter of an effect.
@@ -27,6 +88,8 @@ class Param:
         What it is, in words.
     optional : bool
         Whether a vehicle file may leave it out (it then keeps its neutral value).
+    sought : Sought
+        How a diagnosis looks for it.
     """
 
     name: str
@@ -35,6 +98,22 @@ class Param:
     typical: tuple[float, float] = (0.0, 0.0)
     about: str = ""
     optional: bool = False
+    sought: Sought = Sought()
+
+    @property
+    def is_factor(self) -> bool:
+        """Whether it multiplies a figure of the vehicle file."""
+        return bool(self.sought.same_as) and self.neutral == 1.0
+
+    @property
+    def acts(self) -> str:
+        """How the model changes as it moves: one of ``ACTS``, or as a factor.
+
+        A limit of which nothing else is said may be a threshold.
+        """
+        if self.neutral == inf and self.sought == Sought():
+            return "steps"
+        return self.sought.acts or "factor" * self.is_factor
 
     @property
     def search(self) -> tuple[float, float]:
@@ -75,6 +154,14 @@ class Effect:
     sensor : bool
         Whether it touches the log alone: its file then holds ``sensed(columns, time,
         *values)``, which returns the columns that change.
+    shows_in : tuple of str
+        What a drive must be for it to show, of ``DRIVES``.
+    sums : tuple of str
+        Effects whose sum it is, if it is one: no cause unless a file states it.
+    rare : bool
+        Whether some vehicles alone have it: no cause unless it is asked for.
+    either : bool
+        Whether its parameters are alternatives: a file that states one has no other.
     """
 
     id: str
@@ -89,6 +176,10 @@ class Effect:
     excludes: tuple[str, ...] = ()
     files: tuple[str, ...] = ()
     sensor: bool = False
+    shows_in: tuple[str, ...] = ()
+    sums: tuple[str, ...] = ()
+    rare: bool = False
+    either: bool = False
 
     @property
     def neutral(self) -> dict[str, float]:

@@ -8,7 +8,7 @@ import pytest
 from rcc_sim.definitions.cycle import Cycle, parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.engine import SETTLED, Engine
-from rcc_sim.diagnose.knobs import NEARBY, Knob, nuisance_knobs
+from rcc_sim.diagnose.knobs import NEARBY, Knob, acts_of, nuisance_knobs
 from rcc_sim.diagnose.problem import Problem, problem_of
 from rcc_sim.simulate.run import LaneChanges, simulate
 from rcc_sim.trace import Trace
@@ -53,7 +53,7 @@ def test_a_fit_ends_as_high_from_afar_as_from_the_truth(key, true, start):
     engine = Engine([problem_with({key: true})])
     knobs = nuisance_knobs(engine.problems)
     step = 0.02 * (abs(true - 1) if key.endswith("scale") else true)
-    sought = Knob(key, start, inf, -1.0, 3.0, step)
+    sought = Knob(key, start, inf, -1.0, 3.0, step, acts_of(load_vehicle("rcc"), key))
     near = engine.fit({key: true}, [*knobs, sought])
     null = engine.fit({}, knobs)
     afar = engine.fit(null.values | {key: start}, [*null.knobs, sought])

@@ -13,15 +13,14 @@ from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import Knob
 from rcc_sim.diagnose.refine import contenders, likely, refine, released, screened
 
-FACTOR = Candidate("factor", (Search("factor", 1.0, 0.1, 5.0, 1.1),))
+FACTOR = Candidate("factor", (Search("factor", 1.0, 0.1, 5.0, 1.1, acts="factor"),))
 NOISE = 0.006
-STATED = Knob("stated", 1.0, 0.05, low=0.05)
+STATED = Knob("stated", 1.0, 0.05, low=0.05, acts="factor")
 
 
 @pytest.fixture
-def engine(monkeypatch):
+def engine():
     """A decay that an effect speeds up by half, beside its stated rate."""
-    monkeypatch.setattr("rcc_sim.diagnose.knobs.FACTORS", {"stated", "factor"})
     rng = np.random.default_rng(3)
     t = np.linspace(0, 3, 4000)
     seen = np.exp(-1.5 * t) + NOISE * rng.normal(size=len(t))
@@ -63,7 +62,7 @@ def test_a_threshold_that_only_the_screen_promises_hides_no_effect(engine):
 
 def test_a_twin_that_is_refined_no_further_is_known_as_well_as_the_best(engine):
     """It may be named in place of the best: what it changes must be known."""
-    twin = Candidate("twin", (Search("factor", 1.0, 0.1, 5.0, 1.1),))
+    twin = Candidate("twin", (Search("factor", 1.0, 0.1, 5.0, 1.1, acts="factor"),))
     null = engine.fit({}, [STATED])
     both = refine(engine, null, screened(engine, null, [FACTOR, twin]))
     assert len(both) == 2
@@ -103,8 +102,9 @@ def test_an_effects_own_figure_that_was_pulled_far_is_the_effect(engine):
 
 def test_a_figure_that_left_what_its_effect_may_be_is_taken_back_to_the_bound():
     payload = "effects.payload.mass_kg"
-    lighter = Candidate("payload", (Search(payload, 0.0, -100.0, 500.0, 10.0),))
     mass = Knob("body.mass_kg", 1500.0, 50.0)
+    search = Search(payload, 0.0, -100.0, 500.0, 10.0, same_as=mass.key)
+    lighter = Candidate("payload", (search,))
     fit = Fit({mass.key: 300.0}, (mass,), 0.0, 0.0, [], [])
     seen = {}
 
@@ -123,7 +123,7 @@ def test_a_loss_that_was_pulled_far_may_be_another_that_acts_alike():
         "effects.iron_loss.eddy_nms_per_rad",
         "effects.drivetrain_damping.damping_nms_per_rad",
     )
-    iron = Candidate("iron_loss", (Search(eddy, 0.0, 0.0, 1.0, 1e-5),))
+    iron = Candidate("iron_loss", (Search(eddy, 0.0, 0.0, 1.0, 1e-5, same_as=damping),))
     stated = Knob(damping, 2e-5, 1e-6, low=0.0)
     fit = Fit({damping: 2.8e-5}, (stated,), 0.0, -32.0, [], [])
     engine = SimpleNamespace(attempt=lambda values, knobs, noise: fit)

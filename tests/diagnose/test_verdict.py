@@ -21,6 +21,7 @@ from rcc_sim.diagnose.verdict import (
     standing,
     status_of,
 )
+from rcc_sim.physics.effects import EFFECTS
 
 CAUSE = Cause("payload", ("effects.payload.mass_kg",), 50.0)
 NOTHING = Remainder(0.0, "drag", "", [])
@@ -116,9 +117,10 @@ def test_what_is_left_decides_where_nothing_is_named():
 def test_no_time_is_told_within_a_row_and_no_threshold_within_a_step(
     key, value, row, sd
 ):
-    assert resolution(key, value, row) == pytest.approx(sd)
+    _, effect, name = key.split(".")
+    knob = Knob(key, value, acts=EFFECTS[effect].param(name).acts)
+    assert resolution(knob, value, row) == pytest.approx(sd)
     cause = Cause("any", (key,), 99.0)
-    knob = Knob(key, value)
     sharp = np.array([[1e12]])
     fit = Fit({key: value}, (knob,), 0.0, 0.0, [], [], sharp)
     (told,) = estimates(fit, cause, {}, row).values()
@@ -128,7 +130,7 @@ def test_no_time_is_told_within_a_row_and_no_threshold_within_a_step(
 @pytest.mark.parametrize("true", [31.0, 44.0, 58.0, 83.0])
 def test_a_threshold_is_found_between_the_strengths_of_its_grid(true):
     grid = (10.0, 20.0, 30.0, 45.0, 60.0, 90.0)
-    search = Search("x", 0.0, 0.0, 999.0, 1.0, grid, stepped=True)
+    search = Search("x", 0.0, 0.0, 999.0, 1.0, grid, acts="steps")
     screen = object.__new__(Screen)
 
     def best_of(key, strengths, held):  # flat between two commands: no slope

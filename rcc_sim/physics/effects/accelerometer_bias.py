@@ -1,6 +1,6 @@
 """An accelerometer that reads something at rest."""
 
-from rcc_sim.physics.effect import Effect, Param
+from rcc_sim.physics.effect import Effect, Param, Sought
 
 
 def sensed(columns, time, x, y):
@@ -21,6 +21,7 @@ EFFECT = Effect(
             typical=(-0.5, 0.5),
             about="forward acceleration read at rest",
             optional=True,
+            sought=Sought(column="accel_x_mps2"),
         ),
         Param(
             "y_mps2",
@@ -29,6 +30,7 @@ EFFECT = Effect(
             typical=(-0.5, 0.5),
             about="lateral acceleration read at rest",
             optional=True,
+            sought=Sought(column="accel_y_mps2"),
         ),
     ),
     channels=("accel_x_mps2", "accel_y_mps2"),

@@ -1,7 +1,7 @@
 """Motor commands that arrive late."""
 
 from rcc_sim.jit import jit
-from rcc_sim.physics.effect import Effect, Param
+from rcc_sim.physics.effect import Effect, Param, Sought
 from rcc_sim.physics.effects.steering_delay import delayed
 
 
@@ -22,9 +22,11 @@ EFFECT = Effect(
             bounds=(0.0, 2.0),
             typical=(0.005, 0.1),
             about="dead time of the command",
+            sought=Sought(tried=(0.01, 0.03, 0.06, 0.1, 0.16)),
         ),
     ),
     channels=("speed_mps", "motor_current_a"),
     seen_as="current and speed that answer late, a loop near to swinging",
     source="definition",
+    shows_in=("commanded",),
 )

@@ -1,7 +1,7 @@
 """Aerodynamic drag, in still air or in wind along the road."""
 
 from rcc_sim.jit import jit
-from rcc_sim.physics.effect import Effect, Param
+from rcc_sim.physics.effect import Effect, Param, Sought
 
 
 @jit
@@ -29,6 +29,7 @@ EFFECT = Effect(
             typical=(1.0, 1.3),
             about="density of the air rho",
             optional=True,
+            sought=Sought(fitted=False),
         ),
     ),
     channels=("motor_current_a", "battery_power_w"),

@@ -1,7 +1,7 @@
 """Front tyres that are not as stiff as the file says."""
 
 from rcc_sim.jit import jit
-from rcc_sim.physics.effect import Effect, Param
+from rcc_sim.physics.effect import Effect, Param, Sought
 
 
 @jit
@@ -21,6 +21,7 @@ EFFECT = Effect(
             bounds=(0.1, 10.0),
             typical=(0.7, 1.4),
             about="true stiffness of the front tyres over the file's",
+            sought=Sought(same_as="tyres.front_cornering_stiffness_n_per_rad"),
         ),
     ),
     channels=("yaw_rate_radps", "accel_y_mps2"),

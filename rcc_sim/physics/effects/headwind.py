@@ -1,7 +1,7 @@
 """Wind along the road."""
 
 from rcc_sim.jit import jit
-from rcc_sim.physics.effect import Effect, Param
+from rcc_sim.physics.effect import Effect, Param, Sought
 
 
 @jit
@@ -21,6 +21,7 @@ EFFECT = Effect(
             bounds=(-60.0, 60.0),
             typical=(-5.0, 5.0),
             about="wind w against the drive; negative from behind",
+            sought=Sought(limits=(-12.5, 12.5)),
         ),
     ),
     channels=("motor_current_a", "battery_power_w"),

@@ -1,7 +1,7 @@
 """Magnetic drag of the motor's iron: hysteresis and eddy currents."""
 
 from rcc_sim.jit import jit
-from rcc_sim.physics.effect import Effect, Param
+from rcc_sim.physics.effect import Effect, Param, Sought
 
 
 @jit
@@ -22,6 +22,7 @@ EFFECT = Effect(
             typical=(1e-4, 1.0),
             about="hysteresis torque T_h",
             optional=True,
+            sought=Sought(same_as="effects.drivetrain_friction.torque_nm"),
         ),
         Param(
             "eddy_nms_per_rad",
@@ -30,6 +31,7 @@ EFFECT = Effect(
             typical=(1e-7, 5e-3),
             about="eddy-current coefficient k_e",
             optional=True,
+            sought=Sought(same_as="effects.drivetrain_damping.damping_nms_per_rad"),
         ),
     ),
     channels=("motor_current_a", "motor_torque_nm", "battery_power_w"),

@@ -4,7 +4,7 @@ import math
 from math import inf
 
 from rcc_sim.jit import jit
-from rcc_sim.physics.effect import Effect, Param
+from rcc_sim.physics.effect import Effect, Param, Sought
 
 LOCKED = -0.9  # 1; an imposed drive that brakes harder has its wheels turn no slower
 
@@ -70,6 +70,7 @@ EFFECT = Effect(
             typical=(100.0, 1e6),
             about="slip stiffness C of the driven tyres together; about 10 to 20 times "
             "the weight on them",
+            sought=Sought(tried=(3.0, 6.0, 12.0, 25.0), of="weight"),
         ),
     ),
     channels=("speed_mps", "motor_speed_radps"),

@@ -52,4 +52,5 @@ EFFECT = Effect(
     seen_as="battery power short in proportion to shaft power, both ways",
     source="S. Kumari et al., Development of a scaled setup, figs. of motor maps; "
     "P_b = tau omega / eta when motoring",
+    sums=("copper_loss", "iron_loss"),
 )

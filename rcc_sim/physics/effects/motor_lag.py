@@ -1,7 +1,7 @@
 """A drive force that builds up gradually."""
 
 from rcc_sim.jit import jit
-from rcc_sim.physics.effect import Effect, Param
+from rcc_sim.physics.effect import Effect, Param, Sought
 
 
 @jit
@@ -26,9 +26,11 @@ EFFECT = Effect(
             bounds=(0.0, 5.0),
             typical=(0.02, 0.3),
             about="time constant T of the force",
+            sought=Sought(tried=(0.01, 0.03, 0.06, 0.1, 0.16)),
         ),
     ),
     channels=("speed_mps", "accel_x_mps2"),
     seen_as="acceleration that rounds the corners of the throttle",
     source="definition; solved exactly for a command held over a tick",
+    shows_in=("commanded",),
 )

@@ -3,7 +3,7 @@
 import math
 
 from rcc_sim.jit import jit
-from rcc_sim.physics.effect import Effect, Param
+from rcc_sim.physics.effect import Effect, Param, Sought
 
 TICK = 1e-9  # 1; a clock that is this fraction of a period short has struck
 
@@ -27,9 +27,13 @@ EFFECT = Effect(
             bounds=(0.0, 10.0),
             typical=(0.01, 0.5),
             about="time T between two references, counted from time 0",
+            sought=Sought(
+                tried=tuple(range(2, 51)), of="clock", longest=2.0, acts="clock"
+            ),
         ),
     ),
     channels=("speed_mps", "motor_current_a"),
     seen_as="a staircase in speed and a current pulse at each stair",
     source="S. Kumari et al., Development of a scaled setup, appendix A.3",
+    shows_in=("commanded", "speed_loop"),
 )

@@ -3,7 +3,7 @@
 from math import inf
 
 from rcc_sim.jit import jit
-from rcc_sim.physics.effect import Effect, Param
+from rcc_sim.physics.effect import Effect, Param, Sought
 
 
 @jit
@@ -26,6 +26,11 @@ EFFECT = Effect(
             typical=(0.0, 400.0),
             about="largest braking q-current; 0: none, as the RC car",
             optional=True,
+            sought=Sought(
+                tried=(0.0, 0.1, 0.25, 0.5, 0.75),
+                of="braking_current",
+                shows_in=("commanded",),
+            ),
         ),
         Param(
             "max_torque_nm",
@@ -34,9 +39,15 @@ EFFECT = Effect(
             typical=(0.0, 1000.0),
             about="largest braking torque at the motor shaft",
             optional=True,
+            sought=Sought(
+                tried=(0.0, 0.1, 0.25, 0.5, 0.75),
+                of="braking_torque",
+                shows_in=("imposed",),
+            ),
         ),
     ),
     channels=("motor_current_a", "battery_power_w", "speed_mps"),
     seen_as="no current, or a flat one, where braking would give energy back",
     source="S. Kumari et al., Development of a scaled setup, appendix A.3",
+    either=True,
 )

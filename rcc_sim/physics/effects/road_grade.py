@@ -3,7 +3,7 @@
 import math
 
 from rcc_sim.jit import jit
-from rcc_sim.physics.effect import Effect, Param
+from rcc_sim.physics.effect import Effect, Param, Sought
 from rcc_sim.units import G
 
 
@@ -30,6 +30,7 @@ EFFECT = Effect(
             bounds=(-0.4, 0.4),
             typical=(-0.06, 0.06),
             about="rise over run, positive uphill",
+            sought=Sought(limits=(-0.15, 0.15)),
         ),
     ),
     channels=("accel_x_mps2", "motor_current_a", "battery_power_w"),
@@ -37,4 +38,5 @@ EFFECT = Effect(
     sink="road_grade",
     seen_as="a force with the sign of the direction driven",
     source="T. D. Gillespie, Fundamentals of Vehicle Dynamics, SAE, 1992, ch. 4",
+    shows_in=("unsurveyed",),
 )

@@ -54,4 +54,11 @@ EFFECT = Effect(
     ),
     seen_as="a coast-down that slows faster than the file says",
     source="SAE J2263 (coast-down); US EPA test-car list, target coefficients",
+    sums=(
+        "rolling_resistance",
+        "aerodynamic_drag",
+        "drivetrain_damping",
+        "drivetrain_friction",
+        "iron_loss",
+    ),
 )

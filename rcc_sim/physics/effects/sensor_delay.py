@@ -1,6 +1,8 @@
 """Sensors whose readings arrive late."""
 
-from rcc_sim.physics.effect import Effect, Param
+from math import inf
+
+from rcc_sim.physics.effect import Effect, Param, Sought
 
 SAMPLED = ("speed_mps", "motor_speed_radps", "yaw_rate_radps")
 """Columns that are samples at a row's time; the others are means since the row before.
@@ -47,7 +49,7 @@ def late(values, time, delay, sampled):
     return np.concatenate([values[:1], seen])
 
 
-def _more(name, what):
+def _more(name, what, column=""):
     return Param(
         name,
         neutral=0.0,
@@ -55,6 +57,15 @@ def _more(name, what):
         typical=(0.005, 0.2),
         about=f"more delay of {what}, on top of delay_s",
         optional=True,
+        sought=Sought(
+            tried=(1.0, 2.0, 5.0, 10.0),
+            limits=(1.0, inf),
+            of="row",
+            longest=0.5,
+            acts="rows",
+            column=column,
+            fitted=bool(column),
+        ),
     )
 
 
@@ -70,12 +81,17 @@ EFFECT = Effect(
             typical=(0.005, 0.2),
             about="delay of every sensor",
             optional=True,
+            sought=Sought(fitted=False),
         ),
         _more("speed_delay_s", "the speed (motor and vehicle)"),
-        _more("yaw_rate_delay_s", "the yaw rate"),
-        _more("accel_delay_s", "the accelerations"),
+        _more("yaw_rate_delay_s", "the yaw rate", "yaw_rate_radps"),
+        _more("accel_delay_s", "the accelerations", "accel_y_mps2"),
         _more("motor_current_delay_s", "motor current, torque and voltages"),
-        _more("battery_delay_s", "battery voltage, current and power"),
+        _more(
+            "battery_delay_s",
+            "battery voltage, current and power",
+            "battery_current_a",
+        ),
     ),
     channels=("speed_mps", "yaw_rate_radps", "motor_current_a", "battery_power_w"),
     seen_as="a channel that shows the same shape as simulated, later",

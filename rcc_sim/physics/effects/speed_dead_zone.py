@@ -1,7 +1,7 @@
 """Sensorless motors are blind at low speed: no feedback, no command."""
 
 from rcc_sim.jit import jit
-from rcc_sim.physics.effect import Effect, Param
+from rcc_sim.physics.effect import Effect, Param, Sought
 from rcc_sim.physics.ticks import share_beyond
 
 
@@ -35,9 +35,15 @@ EFFECT = Effect(
             bounds=(0.0, 1000.0),
             typical=(20.0, 150.0),
             about="motor speed below which the observer gives nothing",
+            sought=Sought(
+                tried=(0.01, 0.02, 0.03, 0.045, 0.06, 0.09, 0.13),
+                of="motor_speed",
+                acts="steps",
+            ),
         ),
     ),
     channels=("motor_current_a", "battery_power_w"),
     seen_as="a current spike at every launch, nothing at creeping references",
     source="S. Kumari et al., Development of a scaled setup, appendix A.4",
+    shows_in=("commanded", "speed_loop"),
 )

@@ -35,4 +35,5 @@ EFFECT = Effect(
     channels=("speed_mps", "motor_current_a"),
     seen_as="speed that follows the reference more or less tightly",
     source="definition",
+    shows_in=("commanded", "speed_loop"),
 )

@@ -1,7 +1,7 @@
 """Play in the steering linkage."""
 
 from rcc_sim.jit import jit
-from rcc_sim.physics.effect import Effect, Param
+from rcc_sim.physics.effect import Effect, Param, Sought
 
 
 @jit
@@ -21,9 +21,11 @@ EFFECT = Effect(
             bounds=(0.0, 0.5),
             typical=(0.005, 0.05),
             about="whole width of the play",
+            sought=Sought(tried=(0.05, 0.12, 0.25), of="steering"),
         ),
     ),
     channels=("yaw_rate_radps", "accel_y_mps2"),
     seen_as="steer reversals that do nothing at first",
     source="J. Hedrick, A. Girard, Control of Nonlinear Dynamic Systems, 2010, ch. 1",
+    shows_in=("steered",),
 )

@@ -1,7 +1,7 @@
 """Steering commands that arrive late."""
 
 from rcc_sim.jit import jit
-from rcc_sim.physics.effect import Effect, Param
+from rcc_sim.physics.effect import Effect, Param, Sought
 
 
 @jit
@@ -32,9 +32,11 @@ EFFECT = Effect(
             bounds=(0.0, 2.0),
             typical=(0.01, 0.2),
             about="dead time of the command",
+            sought=Sought(tried=(0.01, 0.03, 0.06, 0.1, 0.16)),
         ),
     ),
     channels=("yaw_rate_radps", "accel_y_mps2"),
     seen_as="yaw rate that answers late, with the same shape",
     source="definition",
+    shows_in=("steered",),
 )

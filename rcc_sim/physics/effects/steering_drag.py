@@ -28,4 +28,6 @@ EFFECT = Effect(
     seen_as="a car that slows in bends by more than its tyres' slip explains",
     source="L. Lyons et al., DART: A Compact Platform for Autonomous Driving "
     "Research, 2024, extra friction of a car without differentials",
+    shows_in=("steered",),
+    rare=True,
 )

@@ -26,4 +26,5 @@ EFFECT = Effect(
     channels=("yaw_rate_radps", "accel_y_mps2"),
     seen_as="yaw rate in proportion to steer, at every speed",
     source="definition",
+    shows_in=("steered",),
 )

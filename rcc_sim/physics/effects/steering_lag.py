@@ -3,7 +3,7 @@
 import math
 
 from rcc_sim.jit import jit
-from rcc_sim.physics.effect import Effect, Param
+from rcc_sim.physics.effect import Effect, Param, Sought
 
 
 @jit
@@ -33,9 +33,11 @@ EFFECT = Effect(
             bounds=(0.0, 2.0),
             typical=(0.02, 0.2),
             about="time constant T of the servo",
+            sought=Sought(tried=(0.01, 0.03, 0.06, 0.1, 0.16)),
         ),
     ),
     channels=("yaw_rate_radps", "accel_y_mps2"),
     seen_as="yaw rate that rounds the corners of the steering command",
     source="definition; solved exactly for a command held over a tick",
+    shows_in=("steered",),
 )

@@ -26,4 +26,5 @@ EFFECT = Effect(
     channels=("yaw_rate_radps", "accel_y_mps2"),
     seen_as="drift to one side, and counter-steering where somebody follows a path",
     source="definition",
+    shows_in=("steered",),
 )

@@ -3,7 +3,7 @@
 import math
 
 from rcc_sim.jit import jit
-from rcc_sim.physics.effect import Effect, Param
+from rcc_sim.physics.effect import Effect, Param, Sought
 
 
 @jit
@@ -33,6 +33,7 @@ EFFECT = Effect(
             bounds=(0.0, 5.0),
             typical=(0.02, 0.8),
             about="relaxation length sigma",
+            sought=Sought(tried=(0.05, 0.12, 0.3, 0.6, 1.0), of="wheelbase"),
         ),
     ),
     channels=("yaw_rate_radps", "accel_y_mps2"),

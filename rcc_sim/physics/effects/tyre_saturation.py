@@ -4,7 +4,7 @@ import math
 from math import inf
 
 from rcc_sim.jit import jit
-from rcc_sim.physics.effect import Effect, Param
+from rcc_sim.physics.effect import Effect, Param, Sought
 
 SHAPE = 1.3  # 1; shape factor C of the magic formula for lateral force
 NEAR_PEAK = 0.999  # 1; share of the peak force beyond which a tyre slides
@@ -54,6 +54,7 @@ EFFECT = Effect(
             bounds=(0.05, inf),
             typical=(0.4, 1.1),
             about="peak lateral force over the static wheel load",
+            sought=Sought(tried=(0.3, 0.4, 0.5, 0.6, 0.7, 0.85, 1.0)),
         ),
     ),
     channels=("yaw_rate_radps", "accel_y_mps2"),

@@ -1,7 +1,7 @@
 """A yaw inertia that is not what the file says."""
 
 from rcc_sim.jit import jit
-from rcc_sim.physics.effect import Effect, Param
+from rcc_sim.physics.effect import Effect, Param, Sought
 
 
 @jit
@@ -21,9 +21,11 @@ EFFECT = Effect(
             bounds=(0.1, 10.0),
             typical=(0.8, 1.25),
             about="true yaw inertia over the file's",
+            sought=Sought(same_as="body.yaw_inertia_kgm2"),
         ),
     ),
     channels=("yaw_rate_radps",),
     seen_as="yaw rate that follows quick steering sooner or later",
     source="definition",
+    shows_in=("turning",),
 )
