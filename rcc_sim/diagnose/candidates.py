@@ -218,7 +218,7 @@ def is_fitted(problem: Problem, effect: Effect, param: Param) -> bool:
         return param.name in given
     if not sought.fitted or not shows_in(problem, sought.shows_in):
         return False
-    return not sought.column or sought.column in problem.channels
+    return not sought.columns or any(c in problem.channels for c in sought.columns)
 
 
 def search_of(problem: Problem, effect: Effect, param: Param) -> Search:

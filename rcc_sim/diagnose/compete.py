@@ -134,6 +134,8 @@ def compete(
             c.effect for c in causes if c.profiles
         }
         varying = profile_cause(engine, current, named)
+        if varying is None and (one is None or one.effect in PROFILES):
+            varying = profile_cause(engine, current, named, with_noise=True)
         held = constant | {r.screened.candidate.effect: r.before for r in refined}
         if varying and is_clear(varying, one, held, causes):
             ranking[varying.effect] = max(ranking.get(varying.effect, 0), varying.gain)
@@ -241,10 +243,11 @@ def is_clear(
     enough = min(enough_of(p) for p in varying.profiles.values())
     same = held.get(varying.effect, 0.0) + enough / 2 if one else 0.0
     needed = max(enough, needed_gain(causes, varying.shares), same)
-    if varying.gain <= needed:
-        return False
-    if one is None:
-        return True
+    if varying.sharpened > 1:  # each by the noise that it leaves
+        rival = one.gain * one.sharpened if one else 0.0
+        return varying.gain * varying.sharpened > rival + BRISK_ENOUGH
+    if varying.gain <= needed or one is None:
+        return varying.gain > needed
     rival = held.get(one.effect, one.gain) * overlap(one.shares, varying.shares)
     return varying.gain > rival + enough / 2
 
@@ -279,26 +282,42 @@ def shares_of(fit: Fit, keys: Sequence[str]) -> Array:
     return shares(signal or fit.residuals, fit.noise)
 
 
-def profile_cause(engine: Engine, fit: Fit, named: set[str]) -> Cause | None:
+def profile_cause(
+    engine: Engine, fit: Fit, named: set[str], *, with_noise: bool = False
+) -> Cause | None:
     """Return the effect that best explains as a profile what a fit leaves, if any."""
     wanted = [effect for effect in PROFILES if effect in named]
-    tried = engine.each(lambda effect: as_profile(engine, fit, effect), wanted)
+    tried = engine.each(
+        lambda effect: as_profile(engine, fit, effect, with_noise=with_noise), wanted
+    )
     found = sorted((c for c in tried if c), key=lambda c: -c.gain)
     if not found:
         return None
     return replace(found[0], rival=max((c.gain for c in found[1:]), default=0.0))
 
 
-def as_profile(engine: Engine, fit: Fit, effect: str) -> Cause | None:
-    """Return an effect as a profile over each log, if it hangs together."""
+def as_profile(
+    engine: Engine, fit: Fit, effect: str, *, with_noise: bool = False
+) -> Cause | None:
+    """Return an effect as a profile over each log, if it hangs together.
+
+    A load may be weighed ``with_noise``: against the noise that passes for it.
+    """
     key, along = PROFILES[effect]
     found: dict[int, Profile] = {}
-    coherence = 0.0
+    coherence, sharpened = 0.0, 1.0
     probe = Probe(engine, fit, key, probe_size(engine, key))
     for i, problem in enumerate(engine.problems):
         x = problem.coordinate(along)
         tried = [probe.profile(i, along, x, n) for n in WINDOW_COUNTS]
         found[i] = max(tried, key=lambda p: p.evidence)
+        told = found[i].evidence > 0 and found[i].coherence >= TIED
+        if with_noise and along == "time_s" and told:
+            nats = probe.with_noise(found[i], i, x)
+            if nats > BRISK_ENOUGH:
+                sharpened = max(sharpened, nats / found[i].evidence)
+                coherence = max(coherence, found[i].coherence)
+                continue
         if found[i].evidence <= enough_of(found[i]):
             continue
         for n in finer(problem):
@@ -309,7 +328,14 @@ def as_profile(engine: Engine, fit: Fit, effect: str) -> Cause | None:
     if coherence < TIED or is_stated(engine, key, found.values()):
         return None
     gain = sum(p.evidence for p in found.values())
-    return Cause(effect, (key,), gain, profiles=found, shares=probe.shares)
+    return Cause(
+        effect,
+        (key,),
+        gain,
+        profiles=found,
+        sharpened=sharpened,
+        shares=probe.shares,
+    )
 
 
 def enough_of(profile: Profile) -> float:

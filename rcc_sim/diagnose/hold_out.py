@@ -131,7 +131,7 @@ def shrink_of(before: Array, after: Array) -> Shrink:
     floor = min(NOISE, float(after.mean()))
     total = max(float(before.mean()) - floor, 1e-9)
     left = max(float(after.mean()) - floor, 0.0)
-    explained = 1 - left / total
+    explained = max(1 - left / total, -1.0)
     spread = Z_90 * float(after.std() / np.sqrt(len(after))) / total
     low, high = max(explained - spread, -1.0), min(explained + spread, 1.0)
     return Shrink(total, left, explained, low, high)

@@ -198,14 +198,26 @@ class Probe:
         """The same by the noise that it leaves: sharper, and no likelier for it."""
         if profile.beside_drift or profile.evidence <= 0:
             return profile
+        found, again = self._both(profile, log, x)
+        if again.evidence <= found.evidence:
+            return profile
+        return replace(profile, value=again.value, sd=again.sd, mean_sd=again.mean_sd)
+
+    def with_noise(self, profile: Profile, log: int, x: Array) -> float:
+        """Evidence for a profile and the noise that it leaves, together. [nats]
+
+        What switches on and off passes for a noise that remembers: by that noise it
+        gains next to nothing.
+        """
+        return self._both(profile, log, x)[1].evidence
+
+    def _both(self, profile: Profile, log: int, x: Array) -> tuple[Weighed, Weighed]:
+        """Strengths by the noise of the fit, and by the noise that they leave."""
         tracks = [i for i in self.tracks if self.engine.tracks[i][0] == log]
         H = windows(x, profile.knots)
         noise = [self.fit.noise[i] for i in tracks]
         found = self._weighed(tracks, H, noise, self._left(tracks))
-        again = self._relearnt(tracks, H, found)
-        if again.evidence <= found.evidence:
-            return profile
-        return replace(profile, value=again.value, sd=again.sd, mean_sd=again.mean_sd)
+        return found, self._relearnt(tracks, H, found)
 
     def _knobs(self, noise: Whitener, track: int) -> Array:
         """Signals of the knobs in a track, whitened; kept for the fit's own noise."""

@@ -304,7 +304,8 @@ def diagnose(
     doubtful = all(g.energy.within is not False for g in gaps)
     energy = (None, None) if doubtful else (before, after)
     large = any(g.energy.beyond(DOUBTLESS) for g in gaps)
-    status = status_of(causes, left, *energy, large=large)
+    shrank = shrink.explained > 0
+    status = status_of(causes, left, *energy, large=large, shrank=shrank)
     return Diagnosis(
         vehicle, problems[0], gaps, status, asserted, found, fit, left, shrink,
         before, after, by_torque, runs,

@@ -123,16 +123,18 @@ def status_of(
     after: float | None = None,
     *,
     large: bool = False,
+    shrank: bool = True,
 ) -> str:
     """Return the status: no_gap, explained, partly_explained or unexplained.
 
     ``before`` and ``after`` are the energy gap [%] on rows that no fit saw, where it
-    is beyond doubt: what does not shrink there is not explained. A gap is ``large`` if
-    it is one whatever the rows say.
+    is beyond doubt: what does not shrink there is not explained, nor is what did not
+    shrink there row by row (``shrank``). A gap is ``large`` if it is one whatever the
+    rows say.
     """
     if not causes:
         return "unexplained" if left.is_real or large else "no_gap"
-    stays = left.is_real
+    stays = left.is_real or not shrank
     if before is not None and after is not None:
         stays |= abs(after) > max(SHRUNK * abs(before), NO_ENERGY)
     return "partly_explained" if stays else "explained"

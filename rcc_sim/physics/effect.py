@@ -53,8 +53,8 @@ class Sought:
         Figure of a vehicle file that it adds to, or multiplies where 1 is neutral.
     shows_in : tuple of str
         What a drive must be for it to show, of ``DRIVES``.
-    column : str
-        Column of a log without which it does not show.
+    columns : tuple of str
+        Columns of a log without all of which it does not show.
     fitted : bool
         Whether it is looked for at all; else it stands beside another.
     """
@@ -66,7 +66,7 @@ class Sought:
     acts: str = ""
     same_as: str = ""
     shows_in: tuple[str, ...] = ()
-    column: str = ""
+    columns: tuple[str, ...] = ()
     fitted: bool = True
 
 

@@ -51,6 +51,11 @@ LEAPT = 0.25
 LATE = 1e6
 """Time beyond which a clock counts from its own start: Unix time, say. [s]"""
 
+SAMPLED = 0.5
+"""Share of the time between two rows below which flows are samples, not means. At such
+a row a drive that is straight between the rows has no acceleration: that of the time
+before would meet the speed of its end, 7 % too much energy at 1 Hz in a town."""
+
 COMMANDS = {"speed": "speed_ref_mps", "throttle": "throttle"}
 """Mode of the controller -> the column that commands it."""
 
@@ -328,6 +333,9 @@ def drive_of(
             _refuse(log, vehicle)
         felt = log["accel_x_mps2"] if has(log, "accel_x_mps2") else None
         speed, accel = smoothed(time, speed, felt, jerk)
+        row = float(np.median(np.diff(time))) if len(time) > 2 else 0.0
+        if not accel.any() and window < SAMPLED * row:
+            accel = np.where(speed > 0, np.gradient(speed, time), 0.0)
     road, distance = _road(log, vehicle, time, speed)
     ref, steer, throttle, aux, yaw_rate = (
         _whole(log, time, column)

@@ -29,6 +29,16 @@ TURNS = 0.25
 """Share of turning rows above which a channel is noisy; white noise turns at 2/3."""
 
 
+STANDS, ONE_STEP, WHOLE = 0.3, 1.5, 0.1
+"""Share of rows under way that repeat the one before, median of the others' changes in
+steps, and what they are off a whole step, by which a speed is known to be rounded."""
+
+PASSING = 0.25
+"""Share of a step to which a rounded speed is known where it passes half-way."""
+
+PIECES = 10
+"""Times that a reading counts at most that stands for long."""
+
 ROUNDING = 1e-9
 """Share of a channel's size below which a difference is none."""
 
@@ -73,13 +83,61 @@ def smoothed(
         Spectral size of the jerk; chosen by cross-validation where None. [m/s³ √s]
     """
     known = np.isfinite(speed)
-    if not is_rough(speed):
+    step = rounded_to(speed)
+    if step:
+        told, noise = passed(speed), PASSING * step
+    elif not is_rough(speed):
         whole = np.interp(time, time[known], speed[known])
         return whole, np.zeros(len(time))
-    noise = max(sensor_noise(speed), 1e-6 * float(np.abs(speed[known]).max()))
+    else:
+        told = speed
+        noise = max(sensor_noise(speed), 1e-6 * float(np.abs(speed[known]).max()))
     if jerk is None:
-        jerk = chosen_jerk(time, speed, noise=noise, accel=accel)
-    return smooth_speed(time, speed, noise=noise, jerk=jerk, accel=accel)
+        jerk = chosen_jerk(time, told, noise=noise, accel=accel)
+    return smooth_speed(time, told, noise=noise, jerk=jerk, accel=accel)
+
+
+def rounded_to(speed: Array) -> float:
+    """Return the steps [m/s] to which a speed is rounded, if that is what is seen.
+
+    Under way it stands for some rows, and then changes by one step.
+    """
+    v = speed[np.isfinite(speed)][:PIECE]
+    change = np.abs(np.diff(v))[(v[1:] != 0) | (v[:-1] != 0)]
+    steps = change[change > ROUNDING * float(np.abs(v).max(initial=0.0))]
+    if len(steps) < 20 or 1 - len(steps) / len(change) < STANDS:
+        return 0.0
+    step = float(np.median(steps[steps < 2 * steps.min()]))
+    whole = np.abs(steps / step - np.round(steps / step)) < WHOLE
+    one = float(np.median(steps)) < ONE_STEP * step
+    return step if one and bool(np.mean(whole) > 1 - WHOLE) else 0.0
+
+
+def passed(speed: Array) -> Array:
+    """Return what a rounded speed [m/s] tells, row by row; NaN where it tells nothing.
+
+    Half-way between two readings where it passes from one to the next. Between two such
+    places it is somewhere within half a step, whichever the row: that counts once, or
+    some times where it stands for long.
+    """
+    rows = np.flatnonzero(np.isfinite(speed))
+    v = speed[rows]
+    at = np.flatnonzero(np.diff(v) != 0)
+    total, count = np.zeros(len(v)), np.zeros(len(v))
+    for end in (at, at + 1):
+        np.add.at(total, end, 0.5 * (v[at] + v[at + 1]))
+        np.add.at(count, end, 1.0)
+    starts, ends = np.append(0, at + 1), np.append(at, len(v) - 1)
+    long = ends - starts + 1
+    many = np.clip(np.round(long / np.median(long)), 1, PIECES).astype(int)
+    among = np.repeat(np.arange(len(many)), many)
+    each = np.concatenate([(np.arange(n) + 0.5) / n for n in many])
+    middle = starts[among] + (each * long[among]).astype(int)
+    inner = middle[count[middle] == 0]
+    total[inner], count[inner] = v[inner], 1.0
+    told = np.full(len(speed), np.nan)
+    told[rows[count > 0]] = (total / np.maximum(count, 1.0))[count > 0]
+    return told
 
 
 def chosen_jerk(

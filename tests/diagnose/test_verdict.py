@@ -103,6 +103,7 @@ def test_what_is_left_decides_where_nothing_is_named():
     assert status_of([], SOMETHING) == "unexplained"
     assert status_of([], NOTHING, large=True) == "unexplained"
     assert status_of([CAUSE], SOMETHING, 50.0, 1.0) == "partly_explained"
+    assert status_of([CAUSE], NOTHING, shrank=False) == "partly_explained"
 
 
 @pytest.mark.parametrize(

@@ -21,7 +21,7 @@ EFFECT = Effect(
             typical=(-0.5, 0.5),
             about="forward acceleration read at rest",
             optional=True,
-            sought=Sought(column="accel_x_mps2"),
+            sought=Sought(columns=("accel_x_mps2",)),
         ),
         Param(
             "y_mps2",
@@ -30,7 +30,7 @@ EFFECT = Effect(
             typical=(-0.5, 0.5),
             about="lateral acceleration read at rest",
             optional=True,
-            sought=Sought(column="accel_y_mps2"),
+            sought=Sought(columns=("accel_y_mps2",)),
         ),
     ),
     channels=("accel_x_mps2", "accel_y_mps2"),

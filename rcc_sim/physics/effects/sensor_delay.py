@@ -49,7 +49,7 @@ def late(values, time, delay, sampled):
     return np.concatenate([values[:1], seen])
 
 
-def _more(name, what, column=""):
+def _more(name, what, *columns):
     return Param(
         name,
         neutral=0.0,
@@ -63,8 +63,8 @@ def _more(name, what, column=""):
             of="row",
             longest=0.5,
             acts="rows",
-            column=column,
-            fitted=bool(column),
+            columns=columns,
+            fitted=bool(columns),
         ),
     )
 

@@ -1,0 +1,59 @@
+"""A heater that switches on and off is a load, not a noise that remembers."""
+
+import numpy as np
+import pytest
+
+from rcc_sim.analyse.logged import open_log
+from rcc_sim.definitions.cycle import parse_cycle
+from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose.run import diagnose
+from rcc_sim.simulate.replay import drive_of, replay
+from rcc_sim.trace import Trace
+
+CAR = load_vehicle("tesla_model_3")
+NOISE = {"speed_mps": 0.01, "battery_voltage_v": 0.1, "battery_current_a": 0.5}
+
+
+def driven(folder, heater):
+    """A log of a town drive over a rough road, with a heater's power [W] over time."""
+    rng = np.random.default_rng(8)
+    cycle = parse_cycle("udds[0:600]")
+    time = np.arange(0.0, 600.0, 0.1)
+    gust = np.convolve(rng.normal(0, 1, len(time)), np.exp(-np.arange(0, 5, 0.1)))
+    gust *= 150.0 / gust.std()  # N, of the road and the wind
+    speed = np.interp(time, cycle.time_s, cycle.speed_mps)
+    speed = np.convolve(np.pad(speed, 5), np.ones(11) / 11, "valid")
+    aux = heater(time) + gust[: len(time)] * speed + CAR.figures()[LOAD].value
+    made = Trace({"time_s": time, "speed_mps": speed, "aux_power_w": aux}, name="made")
+    seen = replay(CAR, drive_of(made, CAR))
+    log = {n: seen[n] + rng.normal(0, s, len(time)) for n, s in NOISE.items()}
+    path = folder / "log.csv"
+    table = np.column_stack([time, *log.values()])
+    head = ",".join(["time_s", *log])
+    np.savetxt(path, table, fmt="%.6g", delimiter=",", header=head, comments="")
+    return open_log(path, CAR)
+
+
+LOAD = "effects.auxiliary_load.power_w"
+HEATERS = {
+    "once": lambda t: np.where((t > 150) & (t < 400), 3000.0, 0.0),
+    "by turns": lambda t: np.where((t % 200) < 110, 3500.0, 0.0),
+}
+
+
+@pytest.mark.parametrize("heater", HEATERS.values(), ids=list(HEATERS))
+def test_a_heater_that_switches_is_named_with_its_mean(tmp_path, heater):
+    found = diagnose([driven(tmp_path, heater)], CAR)
+    (one,) = found.asserted
+    assert one.cause.effect == "auxiliary_load"
+    assert one.cause.profiles
+    time = np.arange(0.0, 600.0, 0.1)
+    profile = one.cause.profiles[0]
+    assert np.corrcoef(profile.at(time), heater(time))[0, 1] > 0.8
+    told, true = one.figures["power_w"], CAR.figures()[LOAD].value + heater(time).mean()
+    assert told.low < true < told.high
+    assert told.value == pytest.approx(true, rel=0.35)
+
+
+def test_a_rough_road_alone_is_no_load(tmp_path):
+    assert not diagnose([driven(tmp_path, np.zeros_like)], CAR).asserted
