@@ -1,4 +1,4 @@
-"""A speed in whole km/h, or one row a second, asks for the energy that the drive took."""
+"""A speed in whole km/h, or a row a second, asks for what the drive took."""
 
 import numpy as np
 import pytest
