@@ -38,12 +38,13 @@ Array = NDArray[np.float64]
 
 PROFILE_ENOUGH, BRISK_ENOUGH = 60.0, 30.0
 """Nats that a profile must gain; and a load that changes within twice the time that
-noise remembers, which nothing that is slow by chance looks like. Of 264 drives of the
-blind plant without a cause, 6 had a slope that gained 46 to 69 (a rough road is a
-force, too), none a load that gained more than 26, and none of the 140 short ones a
-load that gained 1. It must beat a constant by half of this. One that is weighed
-together with a sensor's drift needs no more than a constant cause: noise alone gained
-10 once in 100 draws."""
+noise remembers, which nothing that is slow by chance looks like, or that hangs together
+and is weighed against the noise that passes for it. Of 264 drives of the blind plant
+without a cause, 6 had a slope that gained 46 to 69 (a rough road is a force, too), none
+a load that gained more than 26, and none of the 140 short ones a load that gained 1; of
+110 others none had a load that hangs together in as many windows as are tried first. It
+must beat a constant by half of this. One that is weighed together with a sensor's drift
+needs no more than a constant cause: noise alone gained 10 once in 100 draws."""
 
 PROFILE_MISFIT = 0.1
 """Share of what a profile gained that a further cause must: with knots some distance
