@@ -277,7 +277,6 @@ def grid_of(problem: Problem, param: Param) -> tuple[float, ...]:
 def size_of(problem: Problem, of: str) -> float:
     """What strengths are shares of, in a drive; 0 where it has no such thing."""
     vehicle, drive = problem.vehicle, problem.nominal
-    row = float(np.median(np.diff(problem.log["time_s"])))
     match of:
         case "mass":
             return vehicle.body.mass_kg.value
@@ -286,9 +285,9 @@ def size_of(problem: Problem, of: str) -> float:
         case "wheelbase":
             return vehicle.wheelbase
         case "row":
-            return row
+            return float(np.median(np.diff(problem.log["time_s"])))
         case "clock":
-            return max(row, SHORTEST_CLOCK)
+            return max(size_of(problem, "row"), SHORTEST_CLOCK)
         case "motor_speed":
             return float(np.nanmax(drive["motor_speed_radps"]))
         case "steering":

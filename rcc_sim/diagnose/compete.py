@@ -135,8 +135,6 @@ def compete(
             c.effect for c in causes if c.profiles
         }
         varying = profile_cause(engine, current, named)
-        if varying is None and (one is None or one.effect in PROFILES):
-            varying = profile_cause(engine, current, named, with_noise=True)
         held = constant | {r.screened.candidate.effect: r.before for r in refined}
         if varying and is_clear(varying, one, held, causes):
             ranking[varying.effect] = max(ranking.get(varying.effect, 0), varying.gain)
@@ -239,14 +237,17 @@ def is_clear(
     """Tell whether a profile is to be taken in before the best constant cause.
 
     It must also beat the best constant cause, and the same effect held constant, if
-    there is one that would be taken in. All gains are by the same noise.
+    there is one that would be taken in. All gains are by the same noise. One that shows
+    by the noise that it leaves alone is weighed so, against its own effect at most.
     """
+    if varying.sharpened > 1:
+        if one and one.effect not in PROFILES:
+            return False
+        rival = one.gain * one.sharpened if one else 0.0
+        return varying.gain * varying.sharpened > rival + BRISK_ENOUGH
     enough = min(enough_of(p) for p in varying.profiles.values())
     same = held.get(varying.effect, 0.0) + enough / 2 if one else 0.0
     needed = max(enough, needed_gain(causes, varying.shares), same)
-    if varying.sharpened > 1:  # each by the noise that it leaves
-        rival = one.gain * one.sharpened if one else 0.0
-        return varying.gain * varying.sharpened > rival + BRISK_ENOUGH
     if varying.gain <= needed or one is None:
         return varying.gain > needed
     rival = held.get(one.effect, one.gain) * overlap(one.shares, varying.shares)
@@ -283,27 +284,22 @@ def shares_of(fit: Fit, keys: Sequence[str]) -> Array:
     return shares(signal or fit.residuals, fit.noise)
 
 
-def profile_cause(
-    engine: Engine, fit: Fit, named: set[str], *, with_noise: bool = False
-) -> Cause | None:
-    """Return the effect that best explains as a profile what a fit leaves, if any."""
+def profile_cause(engine: Engine, fit: Fit, named: set[str]) -> Cause | None:
+    """Return the effect that best explains as a profile what a fit leaves, if any.
+
+    One that shows by the noise that it leaves alone, if no other does.
+    """
     wanted = [effect for effect in PROFILES if effect in named]
-    tried = engine.each(
-        lambda effect: as_profile(engine, fit, effect, with_noise=with_noise), wanted
-    )
-    found = sorted((c for c in tried if c), key=lambda c: -c.gain)
+    tried = engine.each(lambda effect: as_profile(engine, fit, effect), wanted)
+    every = sorted((c for c in tried if c), key=lambda c: -c.gain)
+    found = [c for c in every if c.sharpened == 1] or every
     if not found:
         return None
     return replace(found[0], rival=max((c.gain for c in found[1:]), default=0.0))
 
 
-def as_profile(
-    engine: Engine, fit: Fit, effect: str, *, with_noise: bool = False
-) -> Cause | None:
-    """Return an effect as a profile over each log, if it hangs together.
-
-    A load may be weighed ``with_noise``: against the noise that passes for it.
-    """
+def as_profile(engine: Engine, fit: Fit, effect: str) -> Cause | None:
+    """Return an effect as a profile over each log, if it hangs together."""
     key, along = PROFILES[effect]
     found: dict[int, Profile] = {}
     coherence, sharpened = 0.0, 1.0
@@ -312,13 +308,6 @@ def as_profile(
         x = problem.coordinate(along)
         tried = [probe.profile(i, along, x, n) for n in WINDOW_COUNTS]
         found[i] = max(tried, key=lambda p: p.evidence)
-        told = found[i].evidence > 0 and found[i].coherence >= TIED
-        if with_noise and along == "time_s" and told:
-            nats = probe.with_noise(found[i], i, x)
-            if nats > BRISK_ENOUGH:
-                sharpened = max(sharpened, nats / found[i].evidence)
-                coherence = max(coherence, found[i].coherence)
-                continue
         if found[i].evidence <= enough_of(found[i]):
             continue
         for n in finer(problem):
@@ -326,7 +315,11 @@ def as_profile(
                 break
             tried.append(probe.profile(i, along, x, n))
         coherence = max(coherence, *(p.coherence for p in tried))
-    if coherence < TIED or is_stated(engine, key, found.values()):
+    if coherence < TIED:
+        sharpened = beside_noise(probe, found) if along == "time_s" else 1.0
+        if sharpened == 1:
+            return None
+    if is_stated(engine, key, found.values()):
         return None
     gain = sum(p.evidence for p in found.values())
     return Cause(
@@ -337,6 +330,21 @@ def as_profile(
         sharpened=sharpened,
         shares=probe.shares,
     )
+
+
+def beside_noise(probe: Probe, found: Mapping[int, Profile]) -> float:
+    """Times more that profiles gain which are weighed against the noise; 1: too little.
+
+    Those alone that hang together.
+    """
+    sharpened = 1.0
+    for i, profile in found.items():
+        if profile.evidence > 0 and profile.coherence >= TIED:
+            x = probe.engine.problems[i].coordinate(profile.along)
+            nats = probe.with_noise(profile, i, x)
+            if nats > BRISK_ENOUGH:
+                sharpened = max(sharpened, nats / profile.evidence)
+    return sharpened
 
 
 def enough_of(profile: Profile) -> float:

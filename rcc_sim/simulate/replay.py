@@ -217,9 +217,14 @@ def replay(
     return seen
 
 
+def _interval(time: Array) -> float:
+    """Return the usual time between two rows. [s]"""
+    return float(np.median(np.diff(time)))
+
+
 def _step(time: Array, longest: float) -> float:
     """Return the time step of an imposed run: a whole part of the rows' interval."""
-    interval = float(np.median(np.diff(time)))
+    interval = _interval(time)
     return interval / max(math.ceil(interval / longest - 1e-6), 1)
 
 
@@ -333,8 +338,7 @@ def drive_of(
             _refuse(log, vehicle)
         felt = log["accel_x_mps2"] if has(log, "accel_x_mps2") else None
         speed, accel = smoothed(time, speed, felt, jerk)
-        row = float(np.median(np.diff(time))) if len(time) > 2 else 0.0
-        if not accel.any() and window < SAMPLED * row:
+        if len(time) > 2 and not accel.any() and window < SAMPLED * _interval(time):
             accel = np.where(speed > 0, np.gradient(speed, time), 0.0)
     road, distance = _road(log, vehicle, time, speed)
     ref, steer, throttle, aux, yaw_rate = (

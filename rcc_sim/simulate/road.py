@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from rcc_sim.simulate.smooth import pieces
+
 Array = NDArray[np.float64]
 
 CELLS, READINGS = 240, 8
@@ -15,9 +17,6 @@ STANDS = 0.8
 
 TURNS = 0.3
 """Share of their steps that go back from the one before beyond which they flicker."""
-
-MOST_STANDS = 10
-"""Times that a reading counts at most that stands for long."""
 
 STEP_SHARE = 0.1
 """Share of a step to which a height is known where it passes from one to the next."""
@@ -126,9 +125,7 @@ def passed(s: Array, h: Array) -> tuple[Array, Array, Array, float]:
     ends = np.concatenate([[s[0]], 0.5 * (s[at] + s[at + 1]), [s[-1]]])
     stands = np.concatenate([h[at], h[-1:]])
     long = np.diff(ends)
-    many = np.clip(np.round(long / np.median(long)), 1, MOST_STANDS).astype(int)
-    each = np.concatenate([(np.arange(n) + 0.5) / n for n in many])
-    among = np.repeat(np.arange(len(many)), many)
+    among, each = pieces(long)
     place = np.concatenate([ends[1:-1], ends[among] + each * long[among]])
     height = np.concatenate([0.5 * (h[at] + h[at + 1]), stands[among]])
     sure = np.concatenate([np.ones(len(at)), np.full(len(each), 12 * STEP_SHARE**2)])

@@ -113,6 +113,13 @@ def rounded_to(speed: Array) -> float:
     return step if one and bool(np.mean(whole) > 1 - WHOLE) else 0.0
 
 
+def pieces(long: Array) -> tuple[NDArray[np.int_], Array]:
+    """Cut what is longer than usual: of which each piece is, and its middle's share."""
+    many = np.clip(np.round(long / np.median(long)), 1, PIECES).astype(int)
+    middles = np.concatenate([(np.arange(n) + 0.5) / n for n in many])
+    return np.repeat(np.arange(len(many)), many), middles
+
+
 def passed(speed: Array) -> Array:
     """Return what a rounded speed [m/s] tells, row by row; NaN where it tells nothing.
 
@@ -129,9 +136,7 @@ def passed(speed: Array) -> Array:
         np.add.at(count, end, 1.0)
     starts, ends = np.append(0, at + 1), np.append(at, len(v) - 1)
     long = ends - starts + 1
-    many = np.clip(np.round(long / np.median(long)), 1, PIECES).astype(int)
-    among = np.repeat(np.arange(len(many)), many)
-    each = np.concatenate([(np.arange(n) + 0.5) / n for n in many])
+    among, each = pieces(long)
     middle = starts[among] + (each * long[among]).astype(int)
     inner = middle[count[middle] == 0]
     total[inner], count[inner] = v[inner], 1.0
