@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from rcc_sim.analyse.gap_replays import Tolerances
 from rcc_sim.definitions.kernel import motor_torque_constant
 from rcc_sim.definitions.vehicle import Vehicle
-from rcc_sim.simulate.replay import has
+from rcc_sim.simulate.replay import HOLE, has
 from rcc_sim.simulate.smooth import sensor_noise
 from rcc_sim.trace import Trace
 from rcc_sim.units import J_PER_WH
@@ -24,9 +24,6 @@ COVERAGE = 2.0
 
 POWER = "power"
 """Column of the tolerances that holds the power in question, of battery or shaft."""
-
-HOLE = 5.0
-"""Median intervals beyond which nothing is said of the time between two rows."""
 
 BLOCKS = 40
 """Stretches between which the scatter of the power is judged."""

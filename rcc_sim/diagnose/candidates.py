@@ -96,6 +96,11 @@ class Search:
         """Whether it acts where a command passes it, and between two not at all."""
         return self.acts == "steps"
 
+    @property
+    def opens(self) -> bool:
+        """Whether its bounds leave anything to look for."""
+        return self.low < self.high
+
     def price(self, x: float) -> float:
         """Nats that a strength costs: nine of ten are no larger than is usual.
 
@@ -155,7 +160,7 @@ def candidates_for(
         if (effect.sums or effect.rare) and not asked:
             continue
         params = [p for p in effect.params if is_fitted(first, effect, p)]
-        searches = tuple(search_of(first, effect, p) for p in params)
+        searches = tuple(s for p in params if (s := search_of(first, effect, p)).opens)
         if searches:
             is_sum = bool(effect.sums)
             found.append(Candidate(name, searches, effect.sensor or is_sum, is_sum))

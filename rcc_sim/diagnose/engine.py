@@ -84,6 +84,9 @@ OVER = (-2.0, -1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0)
 """Standard deviations from what is stated at which a threshold is tried: each step that
 a reference takes past it parts two hollows, and no slope leads from one to the next."""
 
+AHEAD = (1, 2)
+"""Rows by which a delay is moved at a time."""
+
 LITTLE = 0.05
 """Nats that a step must promise to be tried, and gain for another."""
 
@@ -99,6 +102,7 @@ class Engine:
 
     def __init__(self, problems: Sequence[Problem]) -> None:
         self.problems = tuple(problems)
+        self.row = float(np.median(np.diff(self.problems[0].log["time_s"])))
         self.pool = ThreadPoolExecutor(threads(), THREAD)
         self.tracks = [(i, c) for i, p in enumerate(problems) for c in p.channels]
         self.valid, self.grows_with, self.edges, self.least = [], [], [], []
@@ -332,7 +336,11 @@ class Engine:
         return now
 
     def leapt(self, now: Fit) -> Fit:
-        """Return a better fit with thresholds in another hollow, if there is one."""
+        """Return a better fit in another hollow of thresholds or delays, if any is."""
+        for k in now.knobs:
+            if k.acts == "rows" and not isfinite(k.sd):
+                there = self.climbed(now, k)
+                now = there if there.score > now.score + SETTLED else now
         tried = [
             now.values | {k.key: k.within(k.value + n * k.sd)}
             for k in now.knobs
@@ -343,6 +351,31 @@ class Engine:
         best = max(filter(None, fits), key=lambda f: f.score, default=now)
         if best.score <= now.score + SETTLED:
             return now
+        return replace(best, information=now.information, signals=now.signals)
+
+    def climbed(self, now: Fit, knob: Knob, tried: Iterable[float] = ()) -> Fit:
+        """Move a delay by whole rows as far as it gains, the others giving way.
+
+        From the best of what is ``tried``. Within a row it makes readings smoother,
+        which pleases a fit as well: each row has a hollow of its own, out of which no
+        slope leads, and one may be deeper than the next.
+        """
+        others = [k for k in now.knobs if k.key != knob.key]
+
+        def held(x: float) -> Fit | None:
+            start = self.attempt(now.values | {knob.key: x}, others, now.noise)
+            return start and replace(self.improve(start, rounds=2), knobs=now.knobs)
+
+        def best_of(best: Fit | None, xs: Iterable[float]) -> Fit | None:
+            near = [x for x in xs if x == knob.within(x)]
+            fits = [best, *self.each(held, near)]
+            return max(filter(None, fits), key=lambda f: f.score, default=None)
+
+        best = best_of(None, {now.values[knob.key], *tried}) or now
+        for way in (self.row, -self.row):
+            x = None
+            while x != (x := best.values[knob.key]):
+                best = best_of(best, [x + n * way for n in AHEAD]) or best
         return replace(best, information=now.information, signals=now.signals)
 
     @staticmethod

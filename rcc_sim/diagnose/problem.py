@@ -410,7 +410,7 @@ def by_charge(log: Trace, vehicle: Vehicle, drive: Drive) -> Problem | None:
     charge = charge_of(log, vehicle) if drive.imposed else None
     if charge is None:
         return None
-    drive = replace(drive, window=inf)
+    drive = replace(drive, window=inf, unseen=None)  # a stretch tells how much it was
     columns = {name: charge.means(x) for name, x in log.columns.items()}
     columns["battery_power_w"] = charge.power
     bridged = ~np.isfinite(log["speed_mps"])

@@ -166,23 +166,29 @@ def bent(
     """Candidates whose slope promises far more than any strength gained, followed.
 
     Tolerances that stand in for an effect must go back as it grows. Over so long a way
-    their signals are no straight lines, by which alone the screen lets them move.
+    their signals are no straight lines, by which alone the screen lets them move. A
+    strength of a grid, as that of a delay, may lie in a hollow of its own.
     """
     least = max([PROMISING, *(r.gain for r in found)])
     gained = {r.candidate.effect: r.gain for r in sorted(found, key=lambda r: r.gain)}
     worth = [
-        r for r in found if r.promised[0] > max(least, 2 * gained[r.candidate.effect])
+        r for r in found if r.promised.nats > max(least, 2 * gained[r.candidate.effect])
     ]
     pairs: list[tuple[Screened, Fit]] = []
-    for r in sorted(worth, key=lambda r: -r.promised[0])[:FOLLOWED]:
-        most, key = r.promised
+    for r in sorted(worth, key=lambda r: -r.promised.nats)[:FOLLOWED]:
+        most, key, x = r.promised
         if any(most < moved.gain for moved, _ in pairs):
             break  # what did better than this promises may well be its twin
-        neutral = next(s.neutral for s in r.candidate.searches if s.key == key)
-        mine = effect_knobs(replace(r, values={key: fit.values.get(key, neutral)}))
+        mine = effect_knobs(replace(r, values={key: x}))
         knobs = [k for k in fit.knobs if k.key != key] + mine
-        start = {k.key: k.value for k in mine} | fit.values
-        now = followed(engine, engine.evaluate(start, knobs, fit.noise), key)
+        start = engine.attempt(fit.values | {key: x}, knobs, fit.noise)
+        if start is None:
+            continue
+        search = next(s for s in r.candidate.searches if s.key == key)
+        if search.acts == "rows":
+            now = engine.climbed(start, mine[0], search.grid)
+        else:
+            now = followed(engine, start, key)
         values = {key: now.values[key]}
         kept = {n: getattr(fit, n) for n in ("knobs", "signals", "information")}
         moved = Screened(r.candidate, now.score - fit.score, values)

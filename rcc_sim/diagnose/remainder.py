@@ -153,7 +153,8 @@ def remainder(
     """Return the likeliest form of what a fit leaves unexplained.
 
     ``constant`` holds effects that the fit takes as constant, and their figures: that
-    one of them changes with time is a form as well.
+    one of them changes with time is a form as well. But for a delay: within a row it
+    makes readings smoother or rougher, and that is what would come and go.
     """
     steered = all(p.drive.steered for p in engine.problems)
     known = {**engine.problems[0].vehicle.figures(), **fit.values}
@@ -166,8 +167,9 @@ def remainder(
         forms.append(partial(acting_as, engine, fit, name, key))
     forms += [partial(bursts, engine, fit, log) for log in range(len(engine.problems))]
     for name, figures in (constant or {}).items():
-        for knob in (k for k in fit.knobs if k.key in figures):
-            forms.append(partial(changing, engine, fit, name, knob))
+        for knob in fit.knobs:
+            if knob.key in figures and knob.acts != "rows":
+                forms.append(partial(changing, engine, fit, name, knob))
     each = [r for found in engine.each(lambda form: form(), forms) for r in found]
     return replace(clearest(each), rivals=tuple(each))
 

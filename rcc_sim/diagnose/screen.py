@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from math import sqrt
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,6 +48,17 @@ FARTHEST = 10.0
 """Most that one try may reach beyond the last, in times its distance from neutral."""
 
 
+class Promise(NamedTuple):
+    """Nats that a slope promised, the figure's dotted key, and where to follow it from.
+
+    From neutral on; or from a strength of a grid, to which no slope leads.
+    """
+
+    nats: float
+    key: str
+    start: float
+
+
 @dataclass(frozen=True)
 class Screened:
     """A candidate at its best strength.
@@ -61,16 +73,16 @@ class Screened:
         Dotted key -> strength.
     shown : dict
         Dotted key -> what strengths that were tried would show.
-    promised : tuple of float and str
-        Most nats that a slope promised, and the figure's dotted key: more than
-        ``gain`` where the knobs would have to give way along curves.
+    promised : Promise
+        Most that a slope promised: more than ``gain`` where the knobs would have to
+        give way along curves.
     """
 
     candidate: Candidate
     gain: float
     values: dict[str, float] = field(default_factory=dict)
     shown: dict[str, list[Shown]] = field(default_factory=dict)
-    promised: tuple[float, str] = (0.0, "")
+    promised: Promise = field(default_factory=lambda: Promise(0.0, "", 0.0))
 
 
 class Screen:
@@ -90,7 +102,7 @@ class Screen:
         r = engine.white(base.residuals, base.noise)
         self.left = self.free(np.concatenate([r, off]))
         self.shown: dict[str, list[Shown]] = {}
-        self.promised: dict[str, float] = {}
+        self.promised: dict[str, Promise] = {}
 
     def free(self, x: Array) -> Array:
         """Return what the knobs cannot take up."""
@@ -126,7 +138,7 @@ class Screen:
         return replace(
             best,
             shown={key: self.shown.get(key, []) for key in keys},
-            promised=max((self.promised.get(key, 0.0), key) for key in keys),
+            promised=max(self.promised.get(k, Promise(0.0, k, 0.0)) for k in keys),
         )
 
     def best_one(self, candidate: Candidate, held: dict[str, float]) -> Screened:
@@ -173,8 +185,11 @@ class Screen:
             for x in map(float, side):
                 d = self.signal({search.key: x})
                 best = max(best, (self.gain(d), x))
+                promise = self.promise(d)
+                if not search.clocked:
+                    self.note(Promise(promise, search.key, x))
                 shows = 0.5 * float(d @ d) > ENOUGH
-                empty = empty + 1 if shows and self.promise(d) < NOTHING else 0
+                empty = empty + 1 if shows and promise < NOTHING else 0
                 if empty == TWICE:
                     break
         return best
@@ -187,6 +202,10 @@ class Screen:
         Where it acts too early or too late it loses more than it gains elsewhere.
         """
         return self.promise(self.signal({**held, key: best[1]})) > ENOUGH
+
+    def note(self, one: Promise) -> None:
+        """Keep the most that a figure promised."""
+        self.promised[one.key] = max(self.promised.get(one.key, one), one)
 
     def promise(self, d: Array) -> float:
         """Nats that a signal would gain at its best size."""
@@ -222,8 +241,7 @@ class Screen:
             share = -float((self.left + before) @ d) / size
             promise = 0.5 * share**2 * size
             if abs(share) > 1 and not held:
-                most = max(self.promised.get(search.key, 0.0), promise)
-                self.promised[search.key] = most
+                self.note(Promise(promise, search.key, start))
             if bends and abs(share) < 1 and size > 2 * ANOTHER:
                 bends, leapt = False, True  # its slope at the start may be another
                 x = start + (x - start) * sqrt(2 / size)

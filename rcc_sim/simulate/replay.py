@@ -56,6 +56,10 @@ SAMPLED = 0.5
 a row a drive that is straight between the rows has no acceleration: that of the time
 before would meet the speed of its end, 7 % too much energy at 1 Hz in a town."""
 
+HOLE = 5.5
+"""Usual intervals beyond which nothing is said of the time between two readings: five
+are bridged, however their times are rounded."""
+
 COMMANDS = {"speed": "speed_ref_mps", "throttle": "throttle"}
 """Mode of the controller -> the column that commands it."""
 
@@ -93,6 +97,9 @@ class Drive:
     stated, climbed : bool
         Whether the file states the road; whether its slope is what the log's elevation
         gains over that distance.
+    unseen : ndarray of bool or None
+        Rows of an imposed run at which no speed was logged for long: it is bridged
+        there, and nothing is predicted.
     """
 
     time: Array
@@ -107,6 +114,7 @@ class Drive:
     held: tuple[bool, bool] = (False, False)
     stated: bool = False
     climbed: bool = False
+    unseen: NDArray[np.bool_] | None = None
 
     @property
     def turns_as_measured(self) -> bool:
@@ -129,6 +137,7 @@ class Drive:
             measured=(speed, current, yaw_rate, torque, accel),
             road=road,
             distance=distance,
+            unseen=None if self.unseen is None else self.unseen[rows],
         )
 
 
@@ -161,7 +170,8 @@ def replay(
     Returns
     -------
     columns : dict of ndarray, each of shape (n,)
-        As those of a simulated trace, without x and y and the energy ledger.
+        As those of a simulated trace, without x and y and the energy ledger; NaN at
+        rows that are ``unseen``.
 
     Raises
     ------
@@ -213,6 +223,8 @@ def replay(
         known = np.isfinite(turned)
         columns["yaw_rate_radps"] = np.where(known, turned, simulated)
     seen = sensed_columns(vehicle, columns)
+    if drive.unseen is not None:
+        seen = {c: np.where(drive.unseen, np.nan, x) for c, x in seen.items()}
     seen["time_s"] = drive.time + drive.start
     return seen
 
@@ -333,9 +345,11 @@ def drive_of(
     imposed = is_imposed(log, vehicle)
     nan, accel = np.full(len(time), np.nan), np.zeros(len(time))
     speed = np.ascontiguousarray(log["speed_mps"]) if has(log, "speed_mps") else nan
+    unseen = None
     if imposed:
         if not has(log, "speed_mps"):
             _refuse(log, vehicle)
+        unseen = in_holes(time, np.isfinite(speed))
         felt = log["accel_x_mps2"] if has(log, "accel_x_mps2") else None
         speed, accel = smoothed(time, speed, felt, jerk)
         if len(time) > 2 and not accel.any() and window < SAMPLED * _interval(time):
@@ -365,7 +379,20 @@ def drive_of(
         (holds(ref), holds(steer)),
         stated=distance is not None and not is_surveyed(log),
         climbed=has(log, "elevation_m") and not has(log, "slope"),
+        unseen=unseen,
     )
+
+
+def in_holes(time: Array, known: NDArray[np.bool_]) -> NDArray[np.bool_] | None:
+    """Return the rows that lie in long holes between readings; None where none does."""
+    rows = np.flatnonzero(known)
+    if len(rows) < 2:
+        return None
+    after = np.searchsorted(rows, np.arange(len(time)))
+    before = np.pad(time[rows], (1, 0), constant_values=-inf)[after]
+    next_one = np.pad(time[rows], (0, 1), constant_values=inf)[after]
+    hole = ~known & (next_one - before > HOLE * _interval(time[rows]))
+    return hole if hole.any() else None
 
 
 def holds(command: Array) -> bool:

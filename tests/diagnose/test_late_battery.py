@@ -1,0 +1,53 @@
+"""Battery readings that come late are a sensor's delay; no hill, load or mass."""
+
+import numpy as np
+import pytest
+
+from rcc_sim.analyse.logged import open_log
+from rcc_sim.definitions.cycle import parse_cycle
+from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose.run import diagnose
+from rcc_sim.simulate.replay import drive_of, replay
+from rcc_sim.trace import Trace
+
+CAR = load_vehicle("tesla_model_3")
+ROW = 0.1
+
+
+def late_log(folder, rows: int, seed: int):
+    """A town drive at 10 Hz whose voltage and current were moved by some rows."""
+    cycle = parse_cycle("udds[0:400]")
+    fine = np.arange(0.0, 400.0, 0.01)
+    ends = np.interp(fine, cycle.time_s, cycle.speed_mps)
+    speed = np.convolve(np.pad(ends, 50, mode="edge"), np.ones(101) / 101, "valid")
+    motion = Trace({"time_s": fine, "speed_mps": speed}, name="fine")
+    exact = replay(CAR, drive_of(motion, CAR))
+    rng = np.random.default_rng(seed)
+    log = {"time_s": fine[::10]}
+    for c, noise in (("speed_mps", 0.02), ("battery_voltage_v", 0.3),
+                     ("battery_current_a", 0.5)):  # fmt: skip
+        x = speed if c == "speed_mps" else exact[c]
+        log[c] = x[::10] + rng.normal(0, noise, len(log["time_s"]))
+    log["speed_mps"] = np.maximum(log["speed_mps"], 0.0)
+    for c in ("battery_voltage_v", "battery_current_a"):
+        log[c] = np.concatenate([np.full(rows, log[c][0]), log[c]])[: len(fine[::10])]
+    path, table = folder / "log.csv", np.column_stack(list(log.values()))
+    head = ",".join(log)
+    np.savetxt(path, table, fmt="%.7g", delimiter=",", header=head, comments="")
+    return open_log(path, CAR)
+
+
+@pytest.mark.parametrize("rows", [3, 8])
+def test_the_delay_is_found_and_nothing_else(tmp_path, rows):
+    found = diagnose([late_log(tmp_path, rows, seed=rows)], CAR).document()
+    (cause,) = found["causes"]
+    assert cause["effect"] == "sensor_delay"
+    ((name, figure),) = cause["parameters"].items()
+    assert name == "battery_delay_s"
+    # a sample stands for no mean: half a row is no error
+    assert figure["value"] == pytest.approx(rows * ROW, abs=0.5 * ROW)
+
+
+def test_no_delay_is_found_where_there_is_none(tmp_path):
+    found = diagnose([late_log(tmp_path, 0, seed=1)], CAR).document()
+    assert found["causes"] == []

@@ -1,0 +1,72 @@
+"""Of a stretch without speeds nothing is said; a few lost rows are bridged."""
+
+import numpy as np
+import pytest
+
+from rcc_sim.analyse.gap import gap
+from rcc_sim.analyse.logged import open_log
+from rcc_sim.definitions.cycle import parse_cycle
+from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.simulate.replay import drive_of, in_holes, replay
+from rcc_sim.trace import Trace
+
+CAR = load_vehicle("tesla_model_3")
+
+
+def drive(rate: float = 10.0) -> dict:
+    """A town drive as its model sees it."""
+    cycle = parse_cycle("udds[0:300]")
+    time = np.arange(0.0, 300.0, 1 / rate)
+    speed = np.interp(time, cycle.time_s, cycle.speed_mps)
+    log = Trace({"time_s": time, "speed_mps": speed}, name="log")
+    exact = replay(CAR, drive_of(log, CAR, 1 / rate))
+    columns = ("battery_voltage_v", "battery_current_a")
+    return log.columns | {c: exact[c] for c in columns}
+
+
+def gap_of(log: dict, folder):
+    path, table = folder / "log.csv", np.column_stack(list(log.values()))
+    head = ",".join(log)
+    np.savetxt(path, table, fmt="%.9g", delimiter=",", header=head, comments="")
+    return gap(open_log(path, CAR), CAR)
+
+
+def test_energy_is_counted_where_speed_is_known_alone(tmp_path):
+    log = drive()
+    time, lost = log["time_s"], slice(1600, 2250)  # from one stop to the next but one
+    power = log["battery_voltage_v"] * log["battery_current_a"]
+    energy = 0.5 * (power[1:] + power[:-1]) * np.diff(time) / 3600
+    outside = np.delete(energy, np.arange(lost.start - 1, lost.stop))
+    log["speed_mps"][lost] = np.nan
+    found = gap_of(log, tmp_path).energy
+    assert found.measured_wh == pytest.approx(outside.sum(), rel=0.01)
+    assert abs(found.gap_percent) < 0.5
+    assert outside.sum() < 0.8 * energy.sum()
+
+
+def test_some_lost_rows_are_bridged(tmp_path):
+    log = drive()
+    before = gap_of(log, tmp_path).energy.measured_wh
+    log["speed_mps"][np.random.default_rng(3).random(3000) < 0.1] = np.nan
+    found = gap_of(log, tmp_path).energy
+    assert found.measured_wh == pytest.approx(before, rel=1e-3)
+    assert abs(found.gap_percent) < 1.0
+
+
+def test_a_hole_is_longer_than_five_readings_and_may_be_at_either_end():
+    time = np.arange(20.0)
+    known = np.ones(20, dtype=bool)
+    assert in_holes(time, known) is None
+    known[5:9] = False  # five seconds from reading to reading
+    assert in_holes(time, known) is None
+    known[5:10] = False
+    assert np.flatnonzero(in_holes(time, known)).tolist() == [5, 6, 7, 8, 9]
+    known[:] = True
+    known[:2] = known[-1] = False
+    assert np.flatnonzero(in_holes(time, known)).tolist() == [0, 1, 19]
+
+
+def test_readings_rarer_than_rows_are_no_holes():
+    time = np.arange(1000) / 1000
+    known = np.arange(1000) % 10 == 0
+    assert in_holes(time[:991], known[:991]) is None
