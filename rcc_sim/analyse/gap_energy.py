@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from rcc_sim.analyse.gap_replays import Tolerances
 from rcc_sim.definitions.kernel import motor_torque_constant
 from rcc_sim.definitions.vehicle import Vehicle
-from rcc_sim.simulate.replay import HOLE, has
+from rcc_sim.simulate.replay import HOLE, has, in_holes
 from rcc_sim.simulate.smooth import sensor_noise
 from rcc_sim.trace import Trace
 from rcc_sim.units import J_PER_WH
@@ -97,12 +97,24 @@ class EnergyGap:
 
 
 def logged_power(log: Trace) -> Array | None:
-    """Return the power at the battery's terminals [W], where the log tells."""
+    """Return the power at the battery's terminals [W], where the log tells.
+
+    Of voltage and current that were read in turn, at the current's rows.
+    """
     if has(log, "battery_power_w"):
         return log["battery_power_w"]
     if has(log, "battery_voltage_v") and has(log, "battery_current_a"):
-        return log["battery_voltage_v"] * log["battery_current_a"]
+        voltage = bridged(log["time_s"], log["battery_voltage_v"])
+        return voltage * log["battery_current_a"]
     return None
+
+
+def bridged(time: Array, values: Array) -> Array:
+    """Return a column with its rows between readings filled in, but for long holes."""
+    known = np.isfinite(values)
+    hole = in_holes(time, known)
+    whole = np.interp(time, time[known], values[known])
+    return whole if hole is None else np.where(hole, np.nan, whole)
 
 
 def shaft_power(columns: Mapping[str, Array], vehicle: Vehicle) -> Array | None:
@@ -133,15 +145,15 @@ def shaft_torque(columns: Mapping[str, Array], vehicle: Vehicle) -> Array | None
 def row_weights(time: Array, ok: Mask) -> Array:
     """Return the time that each row stands for, by the trapezoidal rule. [s]
 
-    Rows that are not ``ok`` stand for none, and holes longer than five intervals are
-    left out on both sides alike.
+    Rows that are not ``ok`` stand for none, and holes longer than five intervals of
+    those that are, are left out on both sides alike.
     """
     weights = np.zeros(len(time))
     rows = np.flatnonzero(ok)
     if len(rows) < 2:
         return weights
     steps = np.diff(time[rows])
-    steps = np.where(steps > HOLE * np.median(np.diff(time)), 0.0, steps)
+    steps = np.where(steps > HOLE * np.median(steps), 0.0, steps)
     weights[rows[1:]] += 0.5 * steps
     weights[rows[:-1]] += 0.5 * steps
     return weights
