@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import time
 
 import numpy as np
@@ -279,3 +280,20 @@ def test_steering_that_is_logged_from_halfway_on_is_late():
 def test_a_gyro_with_a_bias_does_not_make_the_steering_late(drive, bias):
     log = with_fault(logged(*drive), "yaw_rate_radps", lambda x: x + bias)
     assert not found(check_log(log), "late_command", "steer_cmd_rad")
+
+
+@pytest.mark.parametrize("drive", [ROVER, TRUCK], ids=lambda d: d[0])
+@pytest.mark.parametrize("channel", ["battery_current_a", "battery_power_w"])
+def test_a_current_that_lost_its_sign_is_known(drive, channel):
+    log = logged(*drive)
+    assert log[channel].min() < -0.1 * log[channel].max()
+    (finding,) = found(check_log(with_fault(log, channel, np.abs)), "sign", channel)
+    assert "lost its sign" in finding.what
+    assert finding.severity == "error"
+
+
+@each_drive
+def test_a_current_that_stops_at_zero_has_lost_no_sign(drive):
+    fault = functools.partial(np.maximum, 0.0)
+    checked = check_log(with_fault(logged(*drive), "battery_current_a", fault))
+    assert not found(checked, "sign", "battery_current_a")

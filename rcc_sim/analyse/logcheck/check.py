@@ -36,7 +36,7 @@ from rcc_sim.analyse.logcheck.glitches import (
 from rcc_sim.analyse.logcheck.relations import means, relations
 from rcc_sim.analyse.logcheck.rest import biases, late_commands
 from rcc_sim.analyse.logcheck.timebase import TimeBase, missing, time_base
-from rcc_sim.analyse.logcheck.units import blame, by_size, geared, net_sign
+from rcc_sim.analyse.logcheck.units import blame, by_size, geared, net_sign, unsigned
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
 from rcc_sim.trace import Trace
@@ -216,12 +216,14 @@ def _together(
         if name != "time_s" and not is_constant(values)
     }
     clocks = offsets(seconds, live)
-    known = relations(means(seconds, live), vehicle)
+    windows = means(seconds, live)
+    known = relations(windows, vehicle)
     findings = _in_step(blame(known, _timed(live), vehicle), clocks) + clocks
     wrong = [f.channel for f in findings if f.severity == "error"]
     told = {name for r in known if r.loose < SURE for name in r.powers}
     findings += by_size(live, [*wrong, *told])
     findings += net_sign(seconds, live, wrong)
+    findings += unsigned(windows, wrong)
     findings += geared(known, vehicle, wrong)
     wrong = [f.channel for f in findings if f.severity == "error"]
     sound = {name: values for name, values in live.items() if name not in wrong}

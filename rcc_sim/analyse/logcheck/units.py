@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rcc_sim.analyse.logcheck.finding import DROPPED, Array, Columns, Finding, sampled
-from rcc_sim.analyse.logcheck.relations import Relation
+from rcc_sim.analyse.logcheck.relations import Means, Relation, slope
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.units import G
 
@@ -50,6 +50,12 @@ SIGNED = (
     *("motor_speed_radps", "speed_ref_mps", "speed_mps"),
 )
 """What may have the other sign, the likelier first."""
+
+
+UNSIGNED, BRAKED, LIKE = 0.02, 0.1, 0.7
+"""Shares of its largest value: how far below zero a channel without a sign may reach,
+and how far what it should be must, to count as braking. Correlation that is asked for.
+"""
 
 
 def mistakes(columns: Columns, vehicle: Vehicle | None) -> list[Mistake]:
@@ -318,6 +324,46 @@ def net_sign(time: Array, columns: Columns, suspects: Sequence[str]) -> list[Fin
                     action=f"{DROPPED}; to mend it, convert with --map, factor -1",
                     severity="error",
                     factor=-1.0,
+                )
+            )
+    return out
+
+
+def unsigned(m: Means, suspects: Sequence[str]) -> list[Finding]:
+    """Return currents, powers and torques that are positive while they brake.
+
+    What they are while the car speeds up, by its drag and inertia, says what they
+    should be while it slows. One that only stops at zero, as where friction brakes,
+    does not grow with that.
+    """
+    out: list[Finding] = []
+    speed, rate = m.columns.get("speed_mps"), m.rates.get("speed_mps")
+    if speed is None or rate is None:
+        return out
+    force = np.stack([np.ones_like(speed), rate, speed, speed * np.abs(speed)], axis=1)
+    for name in SIGNED[:4]:
+        x = m.columns.get(name)
+        if x is None or name in suspects:
+            continue
+        known = np.isfinite(x) & np.isfinite(force).all(axis=1)
+        if known.sum() < 40 or x[known].min() < -UNSIGNED * x[known].max():
+            continue
+        law = force if name.startswith("motor") else force * speed[:, None]
+        driven = known & (rate > 0)
+        by = np.linalg.lstsq(law[driven], x[driven], rcond=None)[0]
+        due = law @ by
+        braked = known & (due < -BRAKED * x[known].max())
+        seen = slope(name, {}, x[braked], -due[braked], loose=inf, least=LIKE)
+        if seen is not None and seen.correlation > 0:
+            out.append(
+                Finding(
+                    "sign",
+                    name,
+                    "is never negative, and grows with braking as with driving off: "
+                    "it has lost its sign",
+                    sure=0.9,
+                    action=f"{DROPPED}; log it with its sign",
+                    severity="error",
                 )
             )
     return out
