@@ -5,9 +5,10 @@ from __future__ import annotations
 import gc
 import os
 import sys
+from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import typer
 from typer.core import TyperGroup
@@ -155,7 +156,21 @@ def main() -> None:
         code = 2
         say_error(f"{error.filename or 'stdout'}: {error.strerror or error}")
     gc.freeze()  # the process ends: nothing is worth looking for any more
-    sys.exit(code)
+    if code:
+        _leave(code)
+    sys.exit()
+
+
+def _leave(code: int) -> NoReturn:
+    """End the process at once, what was written flushed.
+
+    After an error a reader's threads may still hold a file of Python's: one that asks
+    for the interpreter while that is taken down aborts the process.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(OSError):
+            stream.flush()
+    os._exit(code)
 
 
 def _run() -> int:

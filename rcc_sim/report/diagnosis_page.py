@@ -40,10 +40,13 @@ def diagnosis_page(found: Diagnosis, inputs: Sequence[str | Path] = ()) -> Repor
     shown = {channel.channel for channel in gap.channels} | {"speed_mps"}
     after = _mended(found)
     given_away = signatures(found) if found.status != "no_gap" else None
+    names = [short(g.log) for g in found.gaps]
+    many = f"{names[0]}, the first of {len(names)} logs" if names[1:] else ""
     return Report(
-        title=f"Diagnosis of {short(gap.log)} against {gap.vehicle} ({gap.mode})",
+        title=f"Diagnosis of {', '.join(names)} against {gap.vehicle} ({gap.mode})",
         diagnosis=found.document(),
         measured=gap.measured,
+        which=many,
         before={c: v for c, v in gap.simulated.items() if c in shown},
         after={c: v for c, v in after.items() if c in shown},
         regimes=spans_of(gap.measured["time_s"], gap.kinds, REGIMES),

@@ -43,6 +43,8 @@ class Report:
         The object that ``diagnose --json`` prints, or a part: ``gap`` has ``where``.
     measured : Trace or None
         The log.
+    which : str
+        Which of several logs that is; empty where there is one.
     before, after : dict of ndarray, each as long as the log
         Column -> what was simulated at the log's rows, with the vehicle as it was and
         as mended. NaN where nothing was simulated.
@@ -70,6 +72,7 @@ class Report:
     verdict: str = ""
     diagnosis: Mapping[str, Any] = field(default_factory=dict)
     measured: Trace | None = None
+    which: str = ""
     before: Columns = field(default_factory=dict)
     after: Columns = field(default_factory=dict)
     runs: tuple[Trace, ...] = ()

@@ -115,6 +115,7 @@ _NAMES = {
 def _sections(report: Report, charts: Charts | None) -> dict[str, Markup]:
     compared = report.measured is not None
     title = "Measured against simulated" if compared else "The drives over time"
+    title += f": {report.which}" if report.which else ""
     energy = html_energy.ledgers(report) or section(
         "energy", "Where the watt-hours went", html_energy.waterfall(report)
     )

@@ -131,6 +131,13 @@ def test_the_same_report_gives_the_same_bytes(report):
     assert page(report) == page(diagnosis_report())
 
 
+def test_a_page_of_several_logs_says_which_it_draws(report, read):
+    which = "a.csv, the first of 2 logs"
+    of_two = Reader(page(dataclasses.replace(report, which=which)))
+    assert f"Measured against simulated: {which}" in of_two.text
+    assert "Measured against simulated:" not in read.text
+
+
 def test_ten_minutes_at_100_hz_fit_into_6_mb():
     long = diagnosis_report(612.0)
     assert len(long.measured) > 60_000
