@@ -249,7 +249,13 @@ def _write(
             say(f"note: no cause varies over the drive; {profiles} holds time_s alone")
     if next_run is not None:
         run = write_next_run(found, next_run)
-        why = "" if found.experiments else "; nothing is tied or wide"
+        proposed = [e.run for e in found.experiments]
+        why = ""
+        if not proposed:
+            why = "; no run of the menu parts what is tied"
+            why = why if found.is_tied else "; nothing is tied or wide"
+        elif run is not proposed[0]:
+            why = "; what NEXT has first is no commands"
         say(f"wrote {next_run}: {run.do}{why}")
 
 

@@ -121,7 +121,7 @@ def is_wide(asserted: Asserted, fit: Fit) -> bool:
 def best_of(
     bench: Bench, tied: Mapping[str, Fit], names: tuple[str, ...]
 ) -> list[Experiment]:
-    """Return the runs that tell most of a tie apart; the best even if it tells little.
+    """Return the runs that tell most of a tie apart, if any is worth driving.
 
     Two that do the same in every run do not hide what tells the others.
     """
@@ -143,9 +143,7 @@ def best_of(
             found.append(Experiment(run.words, apart, nats, run.seconds, run))
         found.sort(key=lambda e: (-round(e.expected_nats.worth, 1), e.time_s))
     return [
-        e
-        for k, e in enumerate(found[:SHOWN])
-        if not k or any(p.nats > ENOUGH for p in e.expected_nats.pairs)
+        e for e in found[:SHOWN] if any(p.nats > ENOUGH for p in e.expected_nats.pairs)
     ]
 
 

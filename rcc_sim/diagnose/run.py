@@ -156,6 +156,11 @@ class Diagnosis:
         }
 
     @property
+    def is_tied(self) -> bool:
+        """Whether something else would do in the place of a cause."""
+        return any(a.cause.tied for a in self.asserted)
+
+    @property
     def unexplained(self) -> float:
         """Share of the gap beyond noise that stays; all of it where nothing stands."""
         if self.status == "unexplained":

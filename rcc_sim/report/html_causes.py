@@ -220,8 +220,12 @@ def next_experiment(report: Report) -> Markup:
         items.append(tag("li", tag("strong", todo[:1].upper() + todo[1:] + "."), told))
     if items:
         return section("next", "What to drive next", tag("ol", *items))
-    if not report.diagnosis.get("causes"):
+    causes = report.diagnosis.get("causes")
+    if not causes:
         return Markup("")
+    if any(c.get("indistinguishable_from") for c in causes):
+        none = "No run of the menu would tell apart what is tied."
+        return section("next", "What to drive next", tag("p", none))
     what = (
         "Nothing is tied. To see whether the shrink is real, drive once more and hold "
         "that log against the mended vehicle: ",

@@ -106,6 +106,8 @@ def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
         verb = "parts" if len(run.separates) > 1 else "narrows"
         what = f"{verb} {', '.join(run.separates)}, {nats}"
         yield "NEXT", f"{run.do}, {run.time_s:.0f} s: {what}"
+    if found.is_tied and not found.experiments:
+        yield "NEXT", "no run of the menu would part what is tied"
 
 
 def _gap(found: Diagnosis) -> Iterator[tuple[str, str]]:

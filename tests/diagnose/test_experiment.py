@@ -118,3 +118,9 @@ def test_a_slope_and_a_drag_are_told_apart_by_coming_back():
     straight = told(bench, tied, "hold six speeds")
     assert back > 20.0
     assert back > 5 * straight
+
+
+def test_no_run_is_proposed_for_what_none_would_part(heavy):
+    bench, tied = heavy
+    same = {"a": tied["payload"], "b": tied["payload"]}
+    assert best_of(bench, same, tuple(same)) == []
