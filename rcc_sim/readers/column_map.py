@@ -15,7 +15,7 @@ from rcc_sim.errors import InputError
 from rcc_sim.units import G, unit_of
 
 FOLDER = Path(__file__).with_name("maps")
-CLOCK = "h:m:s"
+CLOCK, DATE = "h:m:s", "date"
 
 UNITS: dict[str, tuple[float, str]] = {
     "s": (1.0, "s"),
@@ -24,6 +24,7 @@ UNITS: dict[str, tuple[float, str]] = {
     "ns": (1e-9, "s"),
     "min": (60.0, "s"),
     CLOCK: (1.0, "s"),
+    DATE: (1.0, "s"),
     "m/s": (1.0, "m/s"),
     "km/h": (1 / 3.6, "m/s"),
     "mph": (0.44704, "m/s"),

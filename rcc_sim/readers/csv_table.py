@@ -8,6 +8,7 @@ import io
 import re
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
@@ -311,6 +312,29 @@ def clock_seconds(words: list[str], where: str) -> Array:
                 f"{where}, row {k + 1}: should be a time of day, H:M:S: {word!r}"
             ) from None
         seconds[k] = 3600 * hours + 60 * minutes + rest
+    return seconds
+
+
+def date_seconds(words: list[str], where: str) -> Array:
+    """Seconds since 1970 of ISO 8601 dates; one without a zone is UTC. [s]
+
+    Raises
+    ------
+    InputError
+        Naming the row that is none.
+    """
+    seconds = np.full(len(words), np.nan)
+    for k, word in enumerate(words):
+        if word.strip() in BLANKS:
+            continue
+        try:
+            then = datetime.fromisoformat(word.strip())
+        except ValueError:
+            raise InputError(
+                f"{where}, row {k + 1}: should be a date, 2025-03-01 12:00:00.25: "
+                f"{word!r}"
+            ) from None
+        seconds[k] = (then if then.tzinfo else then.replace(tzinfo=UTC)).timestamp()
     return seconds
 
 

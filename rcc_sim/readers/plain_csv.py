@@ -13,11 +13,12 @@ from rcc_sim.readers.build import (
     finished,
     mapped_columns,
 )
-from rcc_sim.readers.column_map import CLOCK, ColumnMap, matching, shipped_maps
+from rcc_sim.readers.column_map import CLOCK, DATE, ColumnMap, matching, shipped_maps
 from rcc_sim.readers.csv_table import (
     TextTable,
     carried,
     clock_seconds,
+    date_seconds,
     read_columns,
     text_table,
 )
@@ -25,6 +26,9 @@ from rcc_sim.readers.log import Array, Log, Mapped
 from rcc_sim.source import Source
 
 NAME = "csv"
+SECONDS = {CLOCK: clock_seconds, DATE: date_seconds}
+"""Unit of a time that is written as words -> what makes seconds of them."""
+
 SUMMARY = "CSV of any columns, by a column map (--map); some maps are shipped"
 
 
@@ -98,7 +102,7 @@ def _words(by: ColumnMap, wanted: list[str]) -> set[str]:
         return set(wanted)
     found: set[str] = set()
     for term in (term for terms in by.columns.values() for term in terms):
-        if term.unit == CLOCK:
+        if term.unit in SECONDS:
             found.update(term.sources)
         for where in (term.blank_where, term.negative_where):
             if where and not where.equals.lstrip("-").replace(".", "", 1).isdigit():
@@ -109,9 +113,9 @@ def _words(by: ColumnMap, wanted: list[str]) -> set[str]:
 def _column(by: ColumnMap, name: str, values: Array | list[str], where: str) -> Column:
     if not isinstance(values, list):
         return Column(values)
-    terms = [term for terms in by.columns.values() for term in terms]
-    if any(name in term.sources and term.unit == CLOCK for term in terms):
-        return Column(clock_seconds(values, f"{where}: {name}"))
+    for term in (term for terms in by.columns.values() for term in terms):
+        if name in term.sources and term.unit in SECONDS:
+            return Column(SECONDS[term.unit](values, f"{where}: {name}"))
     if by.carry_tenths:
         return Column(carried(values, f"{where}: {name}"))
     return Column(np.full(len(values), np.nan), words=values)

@@ -8,6 +8,7 @@ import io
 import numpy as np
 import pytest
 
+from rcc_sim.errors import InputError
 from rcc_sim.readers import on_one_clock, read_log, shipped_maps
 from rcc_sim.readers.column_map import UNITS
 from rcc_sim.trace import Trace, write_parquet, write_trace
@@ -202,6 +203,22 @@ def test_a_clock_of_hours_goes_on_over_midnight_and_reverse_is_negative(tmp_path
     trace = read_log(tmp_path / "log.csv", columns=tmp_path / "map.toml").trace
     np.testing.assert_allclose(trace["time_s"], [86399, 86400, 86401.5])
     np.testing.assert_allclose(trace["speed_mps"], [1, 2, -1])
+
+
+def test_dates_are_seconds_since_1970_whatever_their_zone(tmp_path):
+    log, by = tmp_path / "log.csv", tmp_path / "map.toml"
+    log.write_text(
+        "T,v\n1970-01-02 00:00:00.25,1\n1970-01-02T00:00:01Z,2\n"
+        "1970-01-02T02:00:02.5+02:00,3\n"
+    )
+    by.write_text(
+        '[columns]\ntime_s = { from = "T", unit = "date" }\nspeed_mps = "v"\n'
+    )
+    trace = read_log(log, columns=by).trace
+    np.testing.assert_allclose(trace["time_s"], [86400.25, 86401, 86402.5])
+    log.write_text("T,v\n1970-01-02 00:00:00,1\n1970-01-02 0:1,2\n")
+    with pytest.raises(InputError, match=r"T, row 2: should be a date.*0:1"):
+        read_log(log, columns=by)
 
 
 def test_ten_tenths_that_a_logger_did_not_carry_are_carried(tmp_path):
