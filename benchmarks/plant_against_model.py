@@ -25,7 +25,8 @@ from rcc_sim.blind.bases import BASES, Base, truth
 from rcc_sim.blind.plant import CLOCK, CURRENT_LAG
 from rcc_sim.definitions.vehicle import Vehicle, load_vehicle
 from rcc_sim.diagnose.problem import RECALLS, Problem
-from rcc_sim.simulate.replay import drive_of, replay
+from rcc_sim.simulate.drive import drive_of
+from rcc_sim.simulate.replay import replay
 from rcc_sim.trace import Trace
 
 Array = NDArray[np.float64]

@@ -23,7 +23,7 @@ from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.knobs import nuisance_knobs
 from rcc_sim.diagnose.pool import Evidence, evidence_of
 from rcc_sim.diagnose.pooled import pool
-from rcc_sim.diagnose.problem import problem_of
+from rcc_sim.diagnose.posed import problem_of
 from rcc_sim.diagnose.run import diagnose
 
 BASES = {"slash": 30.0, "sedan": 120.0, "racer": 30.0, "pickup": 120.0}

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from rcc_sim.analyse.gap_replays import Tolerances, toleranced
 from rcc_sim.definitions.vehicle import Vehicle
-from rcc_sim.simulate.replay import has
+from rcc_sim.simulate.drive import has
 from rcc_sim.trace import Trace
 from rcc_sim.units import J_PER_WH
 

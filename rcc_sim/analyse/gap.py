@@ -36,7 +36,7 @@ from rcc_sim.analyse.logcheck.finding import Finding
 from rcc_sim.analyse.logged import COMPARED, Logged
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
-from rcc_sim.simulate.replay import Drive, drive_of, has, is_imposed
+from rcc_sim.simulate.drive import Drive, drive_of, has, is_imposed
 from rcc_sim.trace import Trace
 
 Array = NDArray[np.float64]

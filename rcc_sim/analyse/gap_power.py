@@ -20,7 +20,7 @@ from rcc_sim.analyse.gap_energy import (
 )
 from rcc_sim.analyse.gap_replays import PIECE, Tolerances, predicted, tolerances
 from rcc_sim.definitions.vehicle import Vehicle
-from rcc_sim.simulate.replay import Drive
+from rcc_sim.simulate.drive import Drive
 from rcc_sim.trace import Trace
 from rcc_sim.units import J_PER_WH
 

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from rcc_sim.definitions.figure import Z_90, Figure
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.jit import threads
-from rcc_sim.simulate.replay import Drive, replay
+from rcc_sim.simulate.drive import Drive
+from rcc_sim.simulate.replay import replay
 
 Array = NDArray[np.float64]
 Progress = Callable[[float], None]

@@ -18,7 +18,7 @@ from rcc_sim.analyse.gap_energy import (
 from rcc_sim.analyse.gap_regimes import Scale, moving_mean, rows_in
 from rcc_sim.analyse.gap_replays import Tolerances
 from rcc_sim.definitions.vehicle import Vehicle
-from rcc_sim.simulate.replay import Drive, drive_of, has
+from rcc_sim.simulate.drive import Drive, drive_of, has
 from rcc_sim.trace import Trace
 from rcc_sim.units import J_PER_WH
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.simulate.replay import integral_of
+from rcc_sim.simulate.drive import integral_of
 from rcc_sim.trace import Trace
 
 Array = NDArray[np.float64]

@@ -245,7 +245,7 @@ def evidence(logged: Logged, car: Vehicle, null: Fit, only: Sequence[str]) -> Ro
     from rcc_sim.diagnose.candidates import candidates_for
     from rcc_sim.diagnose.engine import Engine
     from rcc_sim.diagnose.pool import evidence_of, packed
-    from rcc_sim.diagnose.problem import problem_of
+    from rcc_sim.diagnose.posed import problem_of
 
     problems = [problem_of(logged.log, car)]
     form = evidence_of(Engine(problems), null, candidates_for(problems, only))

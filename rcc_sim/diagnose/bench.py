@@ -43,7 +43,8 @@ from rcc_sim.diagnose.noise import CURVATURE, Whitener, local_range
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.verdict import INTERVAL
 from rcc_sim.errors import InputError
-from rcc_sim.simulate.replay import drive_of, replay
+from rcc_sim.simulate.drive import drive_of
+from rcc_sim.simulate.replay import replay
 from rcc_sim.trace import Trace
 
 Array = NDArray[np.float64]

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.problem import LATERAL, Problem
-from rcc_sim.simulate.replay import COMMANDS, drive_of, replay
+from rcc_sim.simulate.drive import COMMANDS, drive_of
+from rcc_sim.simulate.replay import replay
 from rcc_sim.trace import Trace
 from rcc_sim.units import G
 

@@ -9,22 +9,14 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.analyse.charge import Charge, battery_energy, charge_of
-from rcc_sim.analyse.gap import window_of
-from rcc_sim.analyse.gap_energy import logged_power
+from rcc_sim.analyse.charge import Charge, battery_energy
 from rcc_sim.analyse.gap_regimes import HELD, Scale, moving_mean, rows_in, stands
 from rcc_sim.analyse.gap_stages import untorqued
-from rcc_sim.analyse.heading import TURN_RATE, measured_turn, turn_rate
+from rcc_sim.analyse.heading import TURN_RATE, turn_rate
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.physics.step import SLIP_BLEND
-from rcc_sim.simulate.replay import (
-    Drive,
-    drive_of,
-    integral_of,
-    is_surveyed,
-    replay,
-)
-from rcc_sim.simulate.smooth import sensor_noise
+from rcc_sim.simulate.drive import Drive, integral_of, is_surveyed
+from rcc_sim.simulate.replay import replay
 from rcc_sim.trace import Trace
 from rcc_sim.units import RHO_AIR, G
 
@@ -57,13 +49,6 @@ RECALLS = (0.2, 1.0)
 
 Well above a row and well below a manoeuvre: a rough road then does not add up, and
 whatever memory this leaves in the residuals the noise model takes up.
-"""
-
-NOISE_IN, DOUBLINGS = 0.25, 5
-"""Share of a sensor's noise that the noise of a speed may make of its prediction, and
-times that the recall of the speed is doubled for it at most. Whatever smooths what
-comes in so, as a motor's lag does, would gain by that: 360 nats in 70 s of a scaled car
-whose speed has 0.03 m/s of noise, where nothing was hidden.
 """
 
 SLOW = 20.0
@@ -349,69 +334,8 @@ class Problem:
         return replace(self, drive=replace(self.drive, commands=commands))
 
 
-def problem_of(log: Trace, vehicle: Vehicle) -> Problem:
-    """Return a log as a problem for a vehicle; its battery power is worked out."""
-    power = logged_power(log)
-    if power is not None and "battery_power_w" not in log:
-        log = Trace({**log.columns, "battery_power_w": power}, name=log.name)
-    drive = drive_of(log, vehicle, window_of(log))
-    charged = by_charge(log, vehicle, drive)
-    if charged is not None:
-        return charged
-    turn = measured_turn(log, vehicle.wheelbase)
-    if turn is None:
-        return recalling(Problem(vehicle, log, drive))
-    log = Trace({**log.columns, TURN_RATE: turn.since}, name=log.name)
-    return recalling(Problem(vehicle, log, drive, turned=turn.at))
-
-
-def recalling(problem: Problem) -> Problem:
-    """Return a drive of a speed loop drawn to its speed as gently as that is noisy.
-
-    The loop itself holds the model to its reference; an open-loop car would drift.
-    """
-    speed, current, yaw_rate, torque, accel = problem.drive.measured
-    controller = problem.vehicle.controller
-    loops = controller is not None and controller.mode == "speed"
-    if problem.drive.imposed or not loops or not np.isfinite(speed).any():
-        return problem
-    rng = np.random.default_rng(0)
-    more = speed + rng.normal(0.0, sensor_noise(speed), len(speed))
-    measured = (more, current, yaw_rate, torque, accel)
-    noisier = replace(problem, drive=replace(problem.drive, measured=measured))
-    judged = [c for c in problem.channels if c != "speed_mps"]
-    noise = {c: sensor_noise(problem.log[c]) for c in judged}
-    gentle, integral = RECALLS
-    for _ in range(DOUBLINGS):
-        one, two = (
-            p.run(p.vehicle, (gentle, integral), coarse=True)
-            for p in (problem, noisier)
-        )
-        if all(np.nanstd(two[c] - one[c]) <= NOISE_IN * noise[c] for c in judged):
-            break
-        gentle *= 2
-    if (gentle, integral) == RECALLS:
-        return problem  # with what it has worked out already
-    return replace(problem, recalls=(gentle, integral))
-
-
 def by_motion(problem: Problem) -> Problem:
     """Return the same drive, its power by its motion and not by the torque logged."""
     if not problem.drive.imposed:
         return problem
     return replace(problem, drive=untorqued(problem.drive))
-
-
-def by_charge(log: Trace, vehicle: Vehicle, drive: Drive) -> Problem | None:
-    """Return a log as one row a stretch between two states of charge, if it is one.
-
-    Every other channel is then a mean over the stretch, too.
-    """
-    charge = charge_of(log, vehicle) if drive.imposed else None
-    if charge is None:
-        return None
-    drive = replace(drive, window=inf, unseen=None)  # a stretch tells how much it was
-    columns = {name: charge.means(x) for name, x in log.columns.items()}
-    columns["battery_power_w"] = charge.power
-    bridged = ~np.isfinite(log["speed_mps"])
-    return Problem(vehicle, Trace(columns, name=log.name), drive, charge, bridged)

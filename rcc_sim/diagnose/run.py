@@ -23,8 +23,9 @@ from rcc_sim.diagnose.experiment import Experiment, next_experiments
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.hold_out import Shrink, leave_shaft, proof
 from rcc_sim.diagnose.knobs import BIAS, RADIUS, Knob
+from rcc_sim.diagnose.posed import problem_of
 from rcc_sim.diagnose.prices import Prices, prices
-from rcc_sim.diagnose.problem import Problem, problem_of
+from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.remainder import Remainder, clearest, remainder
 from rcc_sim.diagnose.sums import with_all_figures
 from rcc_sim.diagnose.ties import settled

@@ -3,34 +3,24 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
 from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.definitions.figure import Figure
-from rcc_sim.definitions.kernel import (
-    efficiency_map,
-    force_table,
-    kernel_params,
-    road_of,
-)
+from rcc_sim.definitions.kernel import efficiency_map, force_table, kernel_params
 from rcc_sim.definitions.vehicle import Vehicle
-from rcc_sim.errors import InputError
 from rcc_sim.physics import params as schema
 from rcc_sim.physics import record
 from rcc_sim.physics.replay import run_replayed
 from rcc_sim.simulate.columns import log_columns
+from rcc_sim.simulate.drive import ROUNDING, Drive, Measured, interval_of
 from rcc_sim.simulate.own import own_terms
-from rcc_sim.simulate.road import surveyed_slope
 from rcc_sim.simulate.run import delay_lines
 from rcc_sim.simulate.sensors import sensed_columns
-from rcc_sim.simulate.smooth import smoothed
-from rcc_sim.trace import Trace
 
 Array = NDArray[np.float64]
-Measured = tuple[Array, Array, Array, Array, Array]
 
 STEP = 0.01
 """Longest time step of an imposed run. [s]"""
@@ -40,105 +30,6 @@ COARSE = (0.005, 0.02)
 
 Enough for what a change of a figure does, the error being much the same without it.
 """
-
-ROUNDING = 1e-9
-"""Time within which two instants are the same. [s]"""
-
-LEAPT = 0.25
-"""Share of a command's way that is made in leaps from which on it holds between rows.
-"""
-
-LATE = 1e6
-"""Time beyond which a clock counts from its own start: Unix time, say. [s]"""
-
-SAMPLED = 0.5
-"""Share of the time between two rows below which flows are samples, not means. At such
-a row a drive that is straight between the rows has no acceleration: that of the time
-before would meet the speed of its end, 7 % too much energy at 1 Hz in a town."""
-
-HOLE = 5.5
-"""Usual intervals beyond which nothing is said of the time between two readings: five
-are bridged, however their times are rounded."""
-
-COMMANDS = {"speed": "speed_ref_mps", "throttle": "throttle"}
-"""Mode of the controller -> the column that commands it."""
-
-
-@dataclass(frozen=True)
-class Drive:
-    """What drove the vehicle of a log, row by row.
-
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Of the rows, from ``start`` on. [s]
-    imposed : bool
-        The measured motion drives it, not the log's commands.
-    steered : bool
-        The log holds a commanded steering angle.
-    commands : tuple of ndarray
-        Speed reference [m/s], steering angle [rad], throttle [1] and auxiliary power
-        [W] at the rows.
-    road : (distance, slope)
-        Slope of the road [1] over distance from the first row, as the log's speeds
-        make it; of a road that the file states, true. [m]
-    measured : tuple of ndarray
-        Speed [m/s], motor current [A], yaw rate [rad/s], motor torque [N m], NaN where
-        not known; acceleration [m/s²] that bends the speed between the rows.
-    window : float
-        Time before a row over which flows are averaged. [s]
-    start : float
-        What the log's clock showed where ``time`` is 0. [s]
-    distance : ndarray or None
-        Distance driven at the rows, where the road is not flat. [m]
-    held : tuple of bool
-        Whether reference and steering hold between the rows, as digital commands do,
-        or run straight, as the throttle does.
-    stated, climbed : bool
-        Whether the file states the road; whether its slope is what the log's elevation
-        gains over that distance.
-    unseen : ndarray of bool or None
-        Rows of an imposed run at which no speed was logged for long: it is bridged
-        there, and nothing is predicted.
-    """
-
-    time: Array
-    imposed: bool
-    steered: bool
-    commands: tuple[Array, Array, Array, Array]
-    road: tuple[Array, Array]
-    measured: Measured
-    window: float
-    start: float = 0.0
-    distance: Array | None = None
-    held: tuple[bool, bool] = (False, False)
-    stated: bool = False
-    climbed: bool = False
-    unseen: NDArray[np.bool_] | None = None
-
-    @property
-    def turns_as_measured(self) -> bool:
-        """Whether the yaw rate is imposed as well, no steering being known."""
-        return self.imposed and not self.steered
-
-    def part(self, rows: slice) -> Drive:
-        """Return some rows of the drive, on their own part of the road."""
-        road, distance = self.road, self.distance
-        if distance is not None:
-            road = (road[0] - distance[rows][0], road[1])
-            distance = distance[rows] - distance[rows][0]
-        measured = self.measured
-        speed, current, yaw_rate, torque, accel = (x[rows] for x in measured)
-        ref, steer, throttle, aux = (x[rows] for x in self.commands)
-        return replace(
-            self,
-            time=self.time[rows],
-            commands=(ref, steer, throttle, aux),
-            measured=(speed, current, yaw_rate, torque, accel),
-            road=road,
-            distance=distance,
-            unseen=None if self.unseen is None else self.unseen[rows],
-        )
 
 
 def replay(
@@ -229,14 +120,9 @@ def replay(
     return seen
 
 
-def _interval(time: Array) -> float:
-    """Return the usual time between two rows. [s]"""
-    return float(np.median(np.diff(time)))
-
-
 def _step(time: Array, longest: float) -> float:
     """Return the time step of an imposed run: a whole part of the rows' interval."""
-    interval = _interval(time)
+    interval = interval_of(time)
     return interval / max(math.ceil(interval / longest - 1e-6), 1)
 
 
@@ -305,151 +191,3 @@ def earlier(drive: Drive, values: Array, delay: float) -> Array:
         return np.where(gaps, np.nan, whole)
     row = np.searchsorted(drive.time, then + ROUNDING, side="right") - 1
     return np.where(then <= drive.time[-1] + ROUNDING, values[row], np.nan)
-
-
-def is_imposed(log: Trace, vehicle: Vehicle) -> bool:
-    """Tell whether a log lacks the commands that this vehicle's controller obeys."""
-    mode = vehicle.controller.mode if vehicle.controller else "torque"
-    command = COMMANDS.get(mode)
-    return command is None or not has(log, command)
-
-
-def has(log: Trace, column: str) -> bool:
-    """Tell whether a log has a value of a column."""
-    return column in log and bool(np.isfinite(log[column]).any())
-
-
-def drive_of(
-    log: Trace, vehicle: Vehicle, window: float = 0.01, jerk: float | None = None
-) -> Drive:
-    """Return what drove the vehicle of a log: its commands, or else its motion.
-
-    Parameters
-    ----------
-    log : Trace
-        Time increases; commands that leap hold between rows, others run straight.
-    vehicle : Vehicle
-        Its controller's mode decides which commands count.
-    window : float
-        Time before a row over which flows are averaged. [s]
-    jerk : float or None
-        For :func:`rcc_sim.simulate.smooth.smoothed`; None: by cross-validation.
-
-    Raises
-    ------
-    InputError
-        If the log has neither commands nor a speed.
-    """
-    start = math.floor(log["time_s"][0]) if abs(log["time_s"][0]) > LATE else 0.0
-    time = log["time_s"] - start
-    imposed = is_imposed(log, vehicle)
-    nan, accel = np.full(len(time), np.nan), np.zeros(len(time))
-    speed = np.ascontiguousarray(log["speed_mps"]) if has(log, "speed_mps") else nan
-    unseen = None
-    if imposed:
-        if not has(log, "speed_mps"):
-            _refuse(log, vehicle)
-        unseen = in_holes(time, np.isfinite(speed))
-        felt = log["accel_x_mps2"] if has(log, "accel_x_mps2") else None
-        speed, accel = smoothed(time, speed, felt, jerk)
-        if len(time) > 2 and not accel.any() and window < SAMPLED * _interval(time):
-            accel = np.where(speed > 0, np.gradient(speed, time), 0.0)
-    road, distance = _road(log, vehicle, time, speed)
-    ref, steer, throttle, aux, yaw_rate = (
-        _whole(log, time, column)
-        for column in (
-            *("speed_ref_mps", "steer_cmd_rad", "throttle", "aux_power_w"),
-            "yaw_rate_radps",
-        )
-    )
-    current, torque = (
-        np.ascontiguousarray(log[c]) if has(log, c) else nan
-        for c in ("motor_current_a", "motor_torque_nm")
-    )
-    return Drive(
-        time,
-        imposed,
-        has(log, "steer_cmd_rad"),
-        (ref, steer, throttle, aux),
-        road,
-        (speed, current, yaw_rate, torque, accel),
-        window,
-        start,
-        distance,
-        (holds(ref), holds(steer)),
-        stated=distance is not None and not is_surveyed(log),
-        climbed=has(log, "elevation_m") and not has(log, "slope"),
-        unseen=unseen,
-    )
-
-
-def in_holes(time: Array, known: NDArray[np.bool_]) -> NDArray[np.bool_] | None:
-    """Return the rows that lie in long holes between readings; None where none does."""
-    rows = np.flatnonzero(known)
-    if len(rows) < 2:
-        return None
-    after = np.searchsorted(rows, np.arange(len(time)))
-    before = np.pad(time[rows], (1, 0), constant_values=-inf)[after]
-    next_one = np.pad(time[rows], (0, 1), constant_values=inf)[after]
-    hole = ~known & (next_one - before > HOLE * _interval(time[rows]))
-    return hole if hole.any() else None
-
-
-def holds(command: Array) -> bool:
-    """Tell whether a command stays as it is for some rows and then leaps.
-
-    One that holds between its messages leaps from row to row; a driver's hand, or a
-    cycle's speed, moves over several. It holds if ``LEAPT`` of its way is leapt.
-    """
-    way = np.abs(np.diff(command))
-    way[way <= ROUNDING * np.ptp(command)] = 0.0
-    still = np.pad(way == 0.0, 1, constant_values=True)
-    return bool(way[still[:-2] & still[2:]].sum() > LEAPT * way.sum())
-
-
-def _refuse(log: Trace, vehicle: Vehicle) -> None:
-    mode = vehicle.controller.mode if vehicle.controller else "torque"
-    command = COMMANDS.get(mode)
-    either = f"{command}, or speed_mps" if command else "speed_mps"
-    raise InputError(
-        f"{log.name}: nothing drives {vehicle.name}, whose mode is {mode}: "
-        f"the log should hold {either}",
-        f"there are {', '.join(log.columns)}",
-    )
-
-
-def _whole(log: Trace, time: Array, column: str) -> Array:
-    """Return a column without gaps; zeros where the log does not have it."""
-    if not has(log, column):
-        return np.zeros(len(time))
-    values = np.ascontiguousarray(log[column])
-    known = np.isfinite(values)
-    return values if known.all() else np.interp(time, time[known], values[known])
-
-
-def integral_of(time: Array, rate: Array) -> Array:
-    """Way since the first row, from rates at the rows: m from m/s, rad from rad/s."""
-    steps = 0.5 * (rate[1:] + rate[:-1]) * np.diff(time)
-    return np.concatenate([[0.0], np.cumsum(steps)])
-
-
-def is_surveyed(log: Trace) -> bool:
-    """Tell whether a log holds the slope of its road, or its elevation."""
-    return has(log, "elevation_m") or has(log, "slope")
-
-
-def _road(
-    log: Trace, vehicle: Vehicle, time: Array, speed: Array
-) -> tuple[tuple[Array, Array], Array | None]:
-    """Return the slope over distance that log or file know, and the rows' distances."""
-    stated = None if is_surveyed(log) else road_of(vehicle)
-    if not is_surveyed(log) and stated is None:
-        return (np.zeros(1), np.zeros(1)), None
-    v = np.where(np.isfinite(speed), speed, 0.0)
-    distance = np.maximum.accumulate(integral_of(time, v))
-    if stated is not None:
-        return stated, distance
-    if has(log, "slope"):
-        s, first = np.unique(distance, return_index=True)
-        return (s, _whole(log, time, "slope")[first]), distance
-    return surveyed_slope(distance, log["elevation_m"]), distance

@@ -20,7 +20,8 @@ from rcc_sim.blind.strengths import draws
 from rcc_sim.blind.unknowns import UNKNOWNS
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.errors import CheckFailed, InputError
-from rcc_sim.simulate.replay import drive_of, replay
+from rcc_sim.simulate.drive import drive_of
+from rcc_sim.simulate.replay import replay
 from rcc_sim.trace import read_trace
 
 

@@ -198,7 +198,8 @@ def test_the_model_replays_a_clean_log_of_the_plant(name, tmp_path):
     from rcc_sim.blind.plant import CURRENT_LAG
     from rcc_sim.blind.sensors import SENSORS
     from rcc_sim.definitions.vehicle import load_vehicle
-    from rcc_sim.simulate.replay import drive_of, replay
+    from rcc_sim.simulate.drive import drive_of
+    from rcc_sim.simulate.replay import replay
     from rcc_sim.trace import Trace
 
     car = CARS[name]

@@ -6,8 +6,9 @@ import pytest
 from rcc_sim.definitions.kernel import force_table
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.knobs import tolerance_knobs
-from rcc_sim.diagnose.problem import problem_of
-from rcc_sim.simulate.replay import drive_of, replay
+from rcc_sim.diagnose.posed import problem_of
+from rcc_sim.simulate.drive import drive_of
+from rcc_sim.simulate.replay import replay
 from rcc_sim.trace import Trace
 
 

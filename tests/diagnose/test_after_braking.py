@@ -8,7 +8,8 @@ import pytest
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.knobs import nuisance_knobs
-from rcc_sim.diagnose.problem import SINCE_BRAKING, SINCE_STANDING, Problem, problem_of
+from rcc_sim.diagnose.posed import problem_of
+from rcc_sim.diagnose.problem import SINCE_BRAKING, SINCE_STANDING, Problem
 from rcc_sim.diagnose.remainder import remainder
 from rcc_sim.trace import Trace
 

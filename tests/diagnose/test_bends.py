@@ -8,7 +8,7 @@ from rcc_sim.blind.make import make
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.knobs import nuisance_knobs
-from rcc_sim.diagnose.problem import problem_of
+from rcc_sim.diagnose.posed import problem_of
 
 
 def problems_of(folder, family, cases):

@@ -9,7 +9,8 @@ from rcc_sim.definitions.cycle import Cycle, parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.engine import SETTLED, Engine
 from rcc_sim.diagnose.knobs import NEARBY, Knob, acts_of, nuisance_knobs
-from rcc_sim.diagnose.problem import Problem, problem_of
+from rcc_sim.diagnose.posed import problem_of
+from rcc_sim.diagnose.problem import Problem
 from rcc_sim.simulate.run import LaneChanges, simulate
 from rcc_sim.trace import Trace
 

@@ -11,12 +11,13 @@ from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.compete import compete
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
-from rcc_sim.diagnose.problem import problem_of
+from rcc_sim.diagnose.posed import problem_of
 from rcc_sim.diagnose.profile import Profile, freed
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.diagnose.signatures import signatures
 from rcc_sim.diagnose.verdict import estimates
-from rcc_sim.simulate.replay import drive_of, replay
+from rcc_sim.simulate.drive import drive_of
+from rcc_sim.simulate.replay import replay
 from rcc_sim.trace import Trace
 
 TWIZY = load_vehicle("twizy")

@@ -11,7 +11,7 @@ from rcc_sim.definitions.cycle import Cycle, parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.candidates import Search, candidates_for
 from rcc_sim.diagnose.detect import Shown, least_seen, shows_likely
-from rcc_sim.diagnose.problem import problem_of
+from rcc_sim.diagnose.posed import problem_of
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.simulate.run import simulate
 from rcc_sim.trace import Trace, write_trace

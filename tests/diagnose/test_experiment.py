@@ -72,7 +72,7 @@ def test_a_car_whose_motor_brakes_is_not_asked_to_coast():
 
 
 def problem_with(vehicle, problem):
-    from rcc_sim.diagnose.problem import problem_of
+    from rcc_sim.diagnose.posed import problem_of
 
     return problem_of(problem.log, vehicle)
 

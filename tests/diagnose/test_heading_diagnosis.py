@@ -5,7 +5,8 @@ import pytest
 
 from rcc_sim.analyse.logged import open_log
 from rcc_sim.diagnose.run import diagnose
-from rcc_sim.simulate.replay import drive_of, replay
+from rcc_sim.simulate.drive import drive_of
+from rcc_sim.simulate.replay import replay
 from rcc_sim.trace import Trace
 from tests.cars import car
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.compete import FINER, SHORTEST, finer, profile_cause
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.knobs import nuisance_knobs
-from rcc_sim.diagnose.problem import problem_of
+from rcc_sim.diagnose.posed import problem_of
+from rcc_sim.diagnose.varying import FINER, SHORTEST, finer, profile_cause
 from rcc_sim.trace import Trace
 
 SIZES = {"battery_power_w": 300.0, "accel_x_mps2": 0.05, "motor_torque_nm": 2.0}

@@ -8,7 +8,8 @@ from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.knobs import bias_key, bias_knobs
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.run import diagnose
-from rcc_sim.simulate.replay import drive_of, replay
+from rcc_sim.simulate.drive import drive_of
+from rcc_sim.simulate.replay import replay
 from rcc_sim.trace import Trace
 
 OFFSET = -0.4  # m/s²; less than the noise, so that it would pass as one

@@ -10,7 +10,8 @@ from rcc_sim.diagnose.knobs import tolerance_knobs
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.errors import InputError
-from rcc_sim.simulate.replay import drive_of, replay
+from rcc_sim.simulate.drive import drive_of
+from rcc_sim.simulate.replay import replay
 from rcc_sim.trace import Trace
 from tests.cars import car
 

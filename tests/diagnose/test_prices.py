@@ -8,8 +8,8 @@ from rcc_sim.analyse.logged import open_log
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.cause import Cause
+from rcc_sim.diagnose.posed import problem_of
 from rcc_sim.diagnose.prices import prices, with_profiles
-from rcc_sim.diagnose.problem import problem_of
 from rcc_sim.diagnose.profile import Profile
 from rcc_sim.simulate.run import simulate
 from rcc_sim.trace import write_trace

@@ -6,7 +6,7 @@ import pytest
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.knobs import nuisance_knobs
-from rcc_sim.diagnose.problem import problem_of
+from rcc_sim.diagnose.posed import problem_of
 from rcc_sim.diagnose.remainder import LATERAL_ENOUGH, remainder
 from rcc_sim.trace import Trace
 

@@ -10,7 +10,8 @@ from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.compete import free_of, taken_in
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.run import diagnose
-from rcc_sim.simulate.replay import drive_of, replay
+from rcc_sim.simulate.drive import drive_of
+from rcc_sim.simulate.replay import replay
 from rcc_sim.trace import Trace
 
 A, B, C = 1.266, 0.7393, -0.1123  # N, N s/m, N s²/m², of the file

@@ -11,7 +11,7 @@ from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.knobs import Knob, nuisance_knobs
 from rcc_sim.diagnose.noise import CURVATURE
-from rcc_sim.diagnose.problem import problem_of
+from rcc_sim.diagnose.posed import problem_of
 from rcc_sim.diagnose.ties import (
     Rival,
     apart,
@@ -21,7 +21,8 @@ from rcc_sim.diagnose.ties import (
     with_ties,
     without,
 )
-from rcc_sim.simulate.replay import drive_of, replay
+from rcc_sim.simulate.drive import drive_of
+from rcc_sim.simulate.replay import replay
 from rcc_sim.trace import Trace
 
 SEEN = (

@@ -9,9 +9,10 @@ from rcc_sim.diagnose.candidates import Search, candidates_for
 from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.knobs import Knob, nuisance_knobs
-from rcc_sim.diagnose.problem import problem_of
+from rcc_sim.diagnose.posed import problem_of
 from rcc_sim.diagnose.ties import settled
-from rcc_sim.simulate.replay import drive_of, replay
+from rcc_sim.simulate.drive import drive_of
+from rcc_sim.simulate.replay import replay
 from rcc_sim.trace import Trace
 
 PULSE, ZONE, NOISE = 0.375, 0.12, 0.02

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from rcc_sim.simulate.replay import drive_of, holds, replay
+from rcc_sim.simulate.drive import drive_of, holds
+from rcc_sim.simulate.replay import replay
 from rcc_sim.trace import Trace
 from tests.cars import car
 

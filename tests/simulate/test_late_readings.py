@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.simulate.replay import drive_of, earlier, replay
+from rcc_sim.simulate.drive import drive_of
+from rcc_sim.simulate.replay import earlier, replay
 from rcc_sim.trace import Trace
 
 

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from rcc_sim.definitions.cycle import Cycle
-from rcc_sim.simulate.replay import drive_of, replay
+from rcc_sim.simulate.drive import drive_of
+from rcc_sim.simulate.replay import replay
 from rcc_sim.simulate.run import simulate
 from tests.cars import car
 

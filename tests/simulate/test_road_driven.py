@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.simulate.replay import drive_of, replay
+from rcc_sim.simulate.drive import drive_of
+from rcc_sim.simulate.replay import replay
 from rcc_sim.simulate.road import surveyed_slope
 from rcc_sim.trace import Trace
 from rcc_sim.units import G

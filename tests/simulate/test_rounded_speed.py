@@ -7,7 +7,8 @@ from rcc_sim.analyse.gap import gap
 from rcc_sim.analyse.logged import open_log
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.simulate.replay import drive_of, replay
+from rcc_sim.simulate.drive import drive_of
+from rcc_sim.simulate.replay import replay
 from rcc_sim.simulate.smooth import rounded_to, smoothed
 from rcc_sim.trace import Trace
 
