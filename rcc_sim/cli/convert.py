@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 EXAMPLE = (
     "Example: rccsim convert ride.csv --map my_car.toml -o ride.parquet; "
+    "rccsim convert ride.csv --suggest-map -o my_car.toml; "
     "rccsim convert run.mcap --vehicle f1tenth --rows-of speed_mps -o run.csv"
 )
 
@@ -58,6 +59,12 @@ def convert(
             metavar="COLUMN",
         ),
     ] = None,
+    suggest_map: Annotated[
+        bool,
+        typer.Option(
+            "--suggest-map", help="Print a draft of a column map for a CSV file."
+        ),
+    ] = False,
     output: Output = None,
     csv: Csv = False,
     json: Json = False,
@@ -72,6 +79,9 @@ def convert(
         emit(_known(), _known(), json=json, csv=csv, output=output)
         return
     keep([log], {"--output": output})
+    if suggest_map:
+        _suggest(log, output)
+        return
     found = _read(log, reader, map_, vehicle, rows_of)
     rows = _rows(found)
     if output is not None:
@@ -87,6 +97,19 @@ def convert(
     elif sys.stdout.isatty():
         emit(None, rows, title=f"{found.trace.name}: {len(found.trace)} rows")
     _tell(found)
+
+
+def _suggest(log: str, output: Path | None) -> None:
+    from rcc_sim.readers.suggest import suggest
+    from rcc_sim.source import open_source
+
+    draft = suggest(open_source(log))
+    if output is None:
+        sys.stdout.write(draft)
+        return
+    with atomic(output) as file:
+        file.write(draft)
+    say(f"wrote {output}: a draft; look through it before it is used")
 
 
 def _read(

@@ -136,5 +136,6 @@ def _unknown(source: Source, table: TextTable) -> InputError:
     names = ", ".join(n for n in table.names[:40] if n)
     return InputError(
         f"{source.name}: no time_s column, and no shipped column map knows this header",
-        f"say what is what with --map FILE.toml; the columns are: {names}",
+        f"say what is what with --map FILE.toml (`rccsim convert {source.name} "
+        f"--suggest-map` drafts one); the columns are: {names}",
     )

@@ -1,0 +1,134 @@
+"""A first draft of a column map, by the words and units of a header."""
+
+from __future__ import annotations
+
+import json
+import re
+from typing import NamedTuple
+
+from rcc_sim.errors import InputError
+from rcc_sim.readers.column_map import CLOCK, DATE, UNITS
+from rcc_sim.readers.csv_table import text_table
+from rcc_sim.source import Source
+
+
+class Meaning(NamedTuple):
+    """What a column is if its name has one word of each group, and none of `never`."""
+
+    column: str
+    unit: str
+    words: tuple[str, ...]
+    never: str = ""
+
+
+OF_BATTERY = "motor phase aux heater heating ac cell min max limit low 12v"
+
+MEANINGS = (
+    Meaning("time_s", "s", ("time timestamp clock date datetime zeit",)),
+    Meaning("speed_ref_mps", "m/s", ("speed velocity", "ref target set cmd desired")),
+    Meaning(
+        "motor_speed_radps", "rad/s", ("motor engine rotor rpm", "speed rpm"), "fan"
+    ),
+    Meaning(
+        "speed_mps", "m/s", ("speed velocity vel geschwindigkeit",), "motor wheel fan"
+    ),
+    Meaning("motor_torque_nm", "N m", ("torque drehmoment",), "brake wheel target"),
+    Meaning("motor_current_a", "A", ("motor", "current"), "target limit max"),
+    Meaning("battery_voltage_v", "V", ("voltage spannung volt",), OF_BATTERY),
+    Meaning("battery_current_a", "A", ("current strom amps",), OF_BATTERY),
+    Meaning("battery_power_w", "W", ("battery hv pack", "power"), "max limit"),
+    Meaning("aux_power_w", "W", ("aux heater heating hvac ac aircon", "power")),
+    Meaning("state_of_charge_percent", "%", ("soc charge",), "current power"),
+    Meaning("elevation_m", "m", ("elevation altitude height alt",)),
+    Meaning("slope", "1", ("slope gradient grade",)),
+    Meaning("accel_x_mps2", "m/s²", ("acceleration accel acc", "x longitudinal long")),
+    Meaning("accel_y_mps2", "m/s²", ("acceleration accel acc", "y lateral lat")),
+    Meaning("yaw_rate_radps", "rad/s", ("yaw gyro", "rate z")),
+    Meaning("steer_cmd_rad", "rad", ("steer steering",), "wheel torque"),
+    Meaning("throttle", "1", ("throttle",)),
+    Meaning("ambient_temperature_degc", "°C", ("ambient outside", "temperature temp")),
+)
+"""The first that fits a name; in a map, the first column that fits a meaning."""
+
+SPELT = {
+    "kmh": "km/h", "kph": "km/h", "mps": "m/s", "sec": "s", "seconds": "s",
+    "µs": "us", "nm": "N m", "n·m": "N m", "m/s2": "m/s^2", "m/s²": "m/s^2",
+    "°": "deg", "degrees": "deg", "°/s": "deg/s", "dps": "deg/s", "1/min": "rpm",
+    "°c": "degC", "c": "degC", "volts": "V", "amps": "A",
+}  # fmt: skip
+"""How units are written in headers -> how a map names them."""
+
+UNIT = re.compile(r"[\[(]\s*([^\])]+?)\s*[\])]\s*$")
+
+
+def suggest(source: Source) -> str:
+    """Return a column map as TOML, with what was not understood as a comment.
+
+    Raises
+    ------
+    InputError
+        If the file is no table.
+    """
+    table = text_table(source)
+    if table is None:
+        raise InputError(f"{source.name}: not a CSV table")
+    names = [name for name in table.names if name]
+    first = dict(zip(table.names, table.first, strict=False))
+    found: dict[str, str] = {}
+    left = []
+    for name in names:
+        meaning = meaning_of(name)
+        if meaning is None or meaning.column in found:
+            left.append(name)
+            continue
+        entry = [f"from = {json.dumps(name, ensure_ascii=False)}"]
+        written = time_unit(first.get(name, "")) if meaning.column == "time_s" else ""
+        unit = written or unit_in(name)
+        if unit and meaning.unit != "%" and (written or UNITS[unit][0] != 1.0):
+            entry.append(f'unit = "{unit}"')
+        found[meaning.column] = f"{meaning.column} = {{ {', '.join(entry)} }}"
+    lines = [
+        "# a draft by names and units alone: check it; a current or power that is",
+        "# positive when charging takes sign = -1",
+        "[map]",
+        f'separator = "{table.separator}"'.replace("\t", "\\t"),
+        "",
+        "[columns]",
+        *found.values(),
+        *(["", "# not understood:"] if left else []),
+        *(f"#   {name}" for name in left),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def meaning_of(name: str) -> Meaning | None:
+    """Return what a column of that name is likeliest."""
+    whole = re.sub(r"(?<=[a-z])(?=[A-Z][a-z])", " ", UNIT.sub("", name)).lower()
+    words = set(re.findall(r"[a-zäöüß0-9]+", whole))
+    unit = UNITS.get(unit_in(name), (1.0, ""))[1]
+    for meaning in MEANINGS:
+        fits = all(words & set(group.split()) for group in meaning.words)
+        if not fits or words & set(meaning.never.split()):
+            continue
+        if not unit or unit == meaning.unit or (unit, meaning.unit) == ("1", "%"):
+            return meaning
+    return None
+
+
+def unit_in(name: str) -> str:
+    """Return the unit that a name ends in, as a map names it; empty if none is known.
+
+    >>> unit_in("Vehicle Speed (km/h)"), unit_in("Torque [Nm]"), unit_in("speed_kmh")
+    ('km/h', 'N m', 'km/h')
+    """
+    at = UNIT.search(name)
+    written = at.group(1) if at else name.rpartition("_")[2]
+    spelt = SPELT.get(written.lower(), written)
+    return spelt if spelt in UNITS else ""
+
+
+def time_unit(word: str) -> str:
+    """Return the unit of a time that is written as words; empty of a number."""
+    if re.match(r"\d{4}-\d\d-\d\d", word.strip()):
+        return DATE
+    return CLOCK if re.match(r"\d+:\d+:\d", word.strip()) else ""

@@ -1,0 +1,82 @@
+"""A draft of a column map: what a header says by words and units."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from rcc_sim.errors import InputError
+from rcc_sim.readers import read_log
+from rcc_sim.readers.column_map import shipped_maps
+from rcc_sim.readers.suggest import meaning_of, suggest, unit_in
+from rcc_sim.source import open_source
+
+
+@pytest.mark.parametrize(
+    ("name", "column", "unit"),
+    [
+        ("Vehicle Speed (km/h)", "speed_mps", "km/h"),
+        ("HV Battery Current (A)", "battery_current_a", "A"),
+        ("BatteryVoltage [V]", "battery_voltage_v", "V"),
+        ("Motor RPM", "motor_speed_radps", ""),
+        ("Motor Torque [Nm]", "motor_torque_nm", "N m"),
+        ("Heating Power [kW]", "aux_power_w", "kW"),
+        ("SoC [%]", "state_of_charge_percent", "%"),
+        ("Longitudinal Acceleration [m/s^2]", "accel_x_mps2", "m/s^2"),
+        ("yaw_rate_dps", "yaw_rate_radps", "deg/s"),
+        ("Timestamp", "time_s", ""),
+        ("Altitude (m)", "elevation_m", "m"),
+    ],
+)
+def test_a_name_and_its_unit_are_understood(name, column, unit):
+    assert meaning_of(name).column == column
+    assert unit_in(name) == unit
+
+
+@pytest.mark.parametrize(
+    "name", ["Cell Voltage max [V]", "Motor Current limit [A]", "Wheel Speed FL [km/h]",
+             "Battery Temperature [°C]", "Speed [V]", "Gear"],
+)  # fmt: skip
+def test_what_only_sounds_alike_is_left_out(name):
+    assert meaning_of(name) is None
+
+
+def test_a_draft_reads_the_log_that_it_was_made_for(tmp_path):
+    log, by = tmp_path / "ride.csv", tmp_path / "map.toml"
+    rows = [
+        f"2025-03-01 12:00:{k:02d}.5;{3.6 * k};{400 - k};{k / 2};7" for k in range(60)
+    ]
+    head = "Time;Vehicle Speed (km/h);HV Battery Voltage (V);Battery Current [A];Gear"
+    log.write_text("\n".join([head, *rows]))
+    with pytest.raises(InputError) as error:
+        read_log(log)
+    assert "--suggest-map" in error.value.hint
+    command = [
+        sys.executable,
+        "-m",
+        "rcc_sim",
+        "convert",
+        log,
+        "--suggest-map",
+        "-o",
+        by,
+    ]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    draft = by.read_text()
+    assert "#   Gear" in draft and 'unit = "date"' in draft
+    trace = read_log(log, columns=by).trace
+    np.testing.assert_allclose(np.diff(trace["time_s"]), 1.0)
+    np.testing.assert_allclose(trace["speed_mps"], np.arange(60))
+    np.testing.assert_allclose(trace["battery_current_a"], np.arange(60) / 2)
+
+
+def test_the_shipped_map_of_a_real_logger_is_drafted_from_its_header(tmp_path):
+    (i3,) = [m for m in shipped_maps() if m.name == "bmw_i3_tum"]
+    log = tmp_path / "trip.csv"
+    log.write_text(";".join(i3.header) + "\n" + ";".join("1" for _ in i3.header))
+    draft = suggest(open_source(log))
+    for column in ("time_s", "speed_mps", "motor_torque_nm", "battery_current_a"):
+        (term,) = i3.columns[column]
+        assert f'{column} = {{ from = "{term.sources[0]}"' in draft
