@@ -366,16 +366,17 @@ class Engine:
             start = self.attempt(now.values | {knob.key: x}, others, now.noise)
             return start and replace(self.improve(start, rounds=2), knobs=now.knobs)
 
-        def best_of(best: Fit | None, xs: Iterable[float]) -> Fit | None:
+        def best_of(xs: Iterable[float], *fits: Fit) -> Fit:
             near = [x for x in xs if x == knob.within(x)]
-            fits = [best, *self.each(held, near)]
-            return max(filter(None, fits), key=lambda f: f.score, default=None)
+            found = [*fits, *filter(None, self.each(held, near))]
+            return max(found, key=lambda f: f.score, default=now)
 
-        best = best_of(None, {now.values[knob.key], *tried}) or now
+        best = best_of({now.values[knob.key], *tried})
         for way in (self.row, -self.row):
-            x = None
-            while x != (x := best.values[knob.key]):
-                best = best_of(best, [x + n * way for n in AHEAD]) or best
+            before = None
+            while best is not before:
+                before, x = best, best.values[knob.key]
+                best = best_of([x + n * way for n in AHEAD], best)
         return replace(best, information=now.information, signals=now.signals)
 
     @staticmethod
