@@ -34,6 +34,10 @@ are."""
 LIMITS = 6
 """Strengths that are tried of a limit."""
 
+SMEARED = 2.0
+"""Rows over which an imposed drive's acceleration is smeared at least: a delay of less
+is none. One of a row was named where a cycle was driven corner by corner."""
+
 SHORTEST_CLOCK, ANGLE = 0.01, 0.1
 """Shortest time between two orders that a log may tell [s]; and the angle of the wheels
 whose shares are tried where none was asked [rad]."""
@@ -290,7 +294,8 @@ def size_of(problem: Problem, of: str) -> float:
         case "wheelbase":
             return vehicle.wheelbase
         case "row":
-            return float(np.median(np.diff(problem.log["time_s"])))
+            row = float(np.median(np.diff(problem.log["time_s"])))
+            return row * (SMEARED if problem.drive.imposed else 1.0)
         case "clock":
             return max(size_of(problem, "row"), SHORTEST_CLOCK)
         case "motor_speed":
