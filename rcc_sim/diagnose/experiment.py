@@ -22,7 +22,10 @@ SHOWN, AT_ONCE = 3, 4
 """Runs that are proposed for a tie, and runs that are weighed side by side."""
 
 ENOUGH = 1.0
-"""Nats below which a run is not worth proposing."""
+"""Nats below which no second run is worth proposing."""
+
+NOTHING = 0.01
+"""Nats below which a run parts nothing."""
 
 WIDE = 0.15
 """Half-width of a 90 % interval, as a share of a cause's departure from what the file
@@ -121,9 +124,10 @@ def is_wide(asserted: Asserted, fit: Fit) -> bool:
 def best_of(
     bench: Bench, tied: Mapping[str, Fit], names: tuple[str, ...]
 ) -> list[Experiment]:
-    """Return the runs that tell most of a tie apart, if any is worth driving.
+    """Return the runs that tell most of a tie apart; the best even if it tells little.
 
-    Two that do the same in every run do not hide what tells the others.
+    None where it tells nothing at all. Two that do the same in every run do not hide
+    what tells the others.
     """
     driven = [d for d in bench.engine.each(bench.drive(tied), bench.runs) if d]
     driven.sort(key=lambda d: -d.most)
@@ -143,7 +147,9 @@ def best_of(
             found.append(Experiment(run.words, apart, nats, run.seconds, run))
         found.sort(key=lambda e: (-round(e.expected_nats.worth, 1), e.time_s))
     return [
-        e for e in found[:SHOWN] if any(p.nats > ENOUGH for p in e.expected_nats.pairs)
+        e
+        for k, e in enumerate(found[:SHOWN])
+        if any(p.nats > (ENOUGH if k else NOTHING) for p in e.expected_nats.pairs)
     ]
 
 

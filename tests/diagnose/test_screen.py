@@ -16,6 +16,7 @@ class Lines(Screen):
 
     def __init__(self, left, signal):
         self.left, self.one, self.tried = left, signal, []
+        self.promised = {}
 
     def signal(self, values):
         (x,) = values.values()
