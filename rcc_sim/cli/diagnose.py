@@ -250,12 +250,13 @@ def _write(
     if next_run is not None:
         run = write_next_run(found, next_run)
         proposed = [e.run for e in found.experiments]
-        why = ""
-        if not proposed:
+        if proposed:
+            by_hand = run is not proposed[0]
+            why = "; what NEXT has first is no commands" if by_hand else ""
+        elif found.is_tied:
             why = "; no run of the menu parts what is tied"
-            why = why if found.is_tied else "; nothing is tied or wide"
-        elif run is not proposed[0]:
-            why = "; what NEXT has first is no commands"
+        else:
+            why = "; nothing is tied or wide"
         say(f"wrote {next_run}: {run.do}{why}")
 
 

@@ -148,7 +148,7 @@ class Bench:
         self.channels = problem.channels
         self.level = level_column(problem)
         self.steered = problem.drive.steered
-        self.row = float(np.median(np.diff(problem.log["time_s"])))
+        self.row = problem.row
         self.noise = fit.noise[: len(self.channels)]  # of the first log
         self.scales = [
             scale_of(w, [problem.speed, local_range(problem.nominal[c])])

@@ -294,8 +294,7 @@ def size_of(problem: Problem, of: str) -> float:
         case "wheelbase":
             return vehicle.wheelbase
         case "row":
-            row = float(np.median(np.diff(problem.log["time_s"])))
-            return row * (SMEARED if problem.drive.imposed else 1.0)
+            return problem.row * (SMEARED if problem.drive.imposed else 1.0)
         case "clock":
             return max(size_of(problem, "row"), SHORTEST_CLOCK)
         case "motor_speed":

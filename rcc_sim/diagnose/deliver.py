@@ -120,8 +120,9 @@ def write_next_run(found: Diagnosis, path: Path) -> Run:
     problem = found.found.engine.problems[0]
     runs = [e.run for e in found.experiments if e.run.is_commanded]
     if not runs:
-        row = float(np.median(np.diff(problem.log["time_s"])))
-        every = [r for r in menu(problem, limits_of(problem), row) if r.is_commanded]
+        every = [
+            r for r in menu(problem, limits_of(problem), problem.row) if r.is_commanded
+        ]
         runs = [max(every, key=lambda r: (float(np.ptp(r.legs[0].steer)), r.seconds))]
     leg = runs[0].commands
     kind = "mcap" if path.suffix == ".mcap" else "csv"

@@ -102,13 +102,11 @@ class Engine:
 
     def __init__(self, problems: Sequence[Problem]) -> None:
         self.problems = tuple(problems)
-        self.row = float(np.median(np.diff(self.problems[0].log["time_s"])))
         self.pool = ThreadPoolExecutor(threads(), THREAD)
         self.tracks = [(i, c) for i, p in enumerate(problems) for c in p.channels]
         self.valid, self.grows_with, self.edges, self.least = [], [], [], []
         for p in problems:
             t = p.log["time_s"]
-            rate = 1 / float(np.median(np.diff(t)))
             for c, ok in zip(p.channels, p.judged, strict=True):
                 self.valid.append(ok)
                 grows = [p.speed, local_range(p.nominal[c]), *p.unsure]
@@ -116,7 +114,7 @@ class Engine:
                 self.grows_with.append([] if counts else grows)
                 exact = INEXACT if is_rough(p.log[c]) else NOISELESS
                 self.least.append(exact * float(np.nanmax(np.abs(p.log[c]))))
-                edges = lag_edges(rate, MEMORY, len(t))
+                edges = lag_edges(1 / p.row, MEMORY, len(t))
                 self.edges.append([] if counts else edges)
 
     def residuals(self, values: dict[str, float], coarse: bool = False) -> list[Array]:
@@ -372,7 +370,8 @@ class Engine:
             return max(found, key=lambda f: f.score, default=now)
 
         best = best_of({now.values[knob.key], *tried})
-        for way in (self.row, -self.row):
+        row = self.problems[0].row
+        for way in (row, -row):
             before = None
             while best is not before:
                 before, x = best, best.values[knob.key]

@@ -15,7 +15,7 @@ from rcc_sim.analyse.gap_stages import untorqued
 from rcc_sim.analyse.heading import TURN_RATE, turn_rate
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.physics.step import SLIP_BLEND
-from rcc_sim.simulate.drive import Drive, integral_of, is_surveyed
+from rcc_sim.simulate.drive import Drive, integral_of, interval_of, is_surveyed
 from rcc_sim.simulate.replay import replay
 from rcc_sim.trace import Trace
 from rcc_sim.units import RHO_AIR, G
@@ -119,6 +119,11 @@ class Problem:
         return tuple(found)
 
     @cached_property
+    def row(self) -> float:
+        """Usual time between two rows. [s]"""
+        return interval_of(self.log["time_s"])
+
+    @cached_property
     def nominal(self) -> dict[str, Array]:
         """What the nominal model predicts."""
         return self.predict({})
@@ -174,7 +179,7 @@ class Problem:
             np.nan_to_num(self.nominal[c] - on[c]) * (c not in unmoved)
             for c in self.channels
         ]
-        ages = np.arange(0, 8 * MADE_UP, float(np.median(np.diff(self.log["time_s"]))))
+        ages = np.arange(0, 8 * MADE_UP, self.row)
         late = np.exp(-ages / MADE_UP)
         late /= late.sum()
         return {

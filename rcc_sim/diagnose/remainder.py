@@ -221,7 +221,7 @@ def bursts(engine: Engine, fit: Fit, log: int) -> list[Remainder]:
     judged: along the road, roughness comes in bursts as well.
     """
     time = engine.problems[log].log["time_s"]
-    length = max(BURST, BURST_ROWS * float(np.median(np.diff(time))))
+    length = max(BURST, BURST_ROWS * engine.problems[log].row)
     count = int((time[-1] - time[0]) / length) + 1
     nats = np.zeros((len(engine.tracks), count))
     for i, (of, channel) in enumerate(engine.tracks):

@@ -300,7 +300,7 @@ def diagnose(
     by_torque = torqued and leave_shaft(causes, acting.tracks)
     shrink, before, after = proof(acting, engine, fit, fresh, by_torque=by_torque)
     stated = {key: figure.value for key, figure in vehicle.figures().items()}
-    row = float(np.median(np.diff(problems[0].log["time_s"])))
+    row = problems[0].row
     asserted = tuple(
         Asserted(c, probability(c, left), estimates(fit, c, stated, row))
         for c in causes

@@ -54,7 +54,7 @@ class Sought:
     shows_in : tuple of str
         What a drive must be for it to show, of ``DRIVES``.
     columns : tuple of str
-        Columns of a log without all of which it does not show.
+        Columns of a log of which one at least must be there for it to show.
     fitted : bool
         Whether it is looked for at all; else it stands beside another.
     """

@@ -6,7 +6,7 @@ import codecs
 import csv
 import io
 import re
-from collections.abc import Collection, Iterable
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import Any
@@ -301,18 +301,12 @@ def clock_seconds(words: list[str], where: str) -> Array:
     InputError
         Naming the row that is none.
     """
-    seconds = np.full(len(words), np.nan)
-    for k, word in enumerate(words):
-        if word.strip() in BLANKS:
-            continue
-        try:
-            hours, minutes, rest = (float(part) for part in word.split(":"))
-        except ValueError:
-            raise InputError(
-                f"{where}, row {k + 1}: should be a time of day, H:M:S: {word!r}"
-            ) from None
-        seconds[k] = 3600 * hours + 60 * minutes + rest
-    return seconds
+
+    def seconds(word: str) -> float:
+        hours, minutes, rest = (float(part) for part in word.split(":"))
+        return 3600 * hours + 60 * minutes + rest
+
+    return _numbers(words, where, "a time of day, H:M:S", seconds)
 
 
 def date_seconds(words: list[str], where: str) -> Array:
@@ -323,19 +317,12 @@ def date_seconds(words: list[str], where: str) -> Array:
     InputError
         Naming the row that is none.
     """
-    seconds = np.full(len(words), np.nan)
-    for k, word in enumerate(words):
-        if word.strip() in BLANKS:
-            continue
-        try:
-            then = datetime.fromisoformat(word.strip())
-        except ValueError:
-            raise InputError(
-                f"{where}, row {k + 1}: should be a date, 2025-03-01 12:00:00.25: "
-                f"{word!r}"
-            ) from None
-        seconds[k] = (then if then.tzinfo else then.replace(tzinfo=UTC)).timestamp()
-    return seconds
+
+    def seconds(word: str) -> float:
+        then = datetime.fromisoformat(word.strip())
+        return (then if then.tzinfo else then.replace(tzinfo=UTC)).timestamp()
+
+    return _numbers(words, where, "a date, 2025-03-01 12:00:00.25", seconds)
 
 
 def carried(words: list[str], where: str) -> Array:
@@ -346,18 +333,29 @@ def carried(words: list[str], where: str) -> Array:
     InputError
         Naming the row that is no number.
     """
+
+    def value(word: str) -> float:
+        whole, _, tenths = word.strip().partition(".")
+        size = abs(float(whole)) + (float(tenths) / 10 if tenths else 0.0)
+        return -size if whole.startswith("-") else size
+
+    return _numbers(words, where, "a number", value)
+
+
+def _numbers(
+    words: list[str], where: str, what: str, number_of: Callable[[str], float]
+) -> Array:
+    """Return the number that each word is, NaN where it is blank."""
     values = np.full(len(words), np.nan)
     for k, word in enumerate(words):
         if word.strip() in BLANKS:
             continue
         try:
-            whole, _, tenths = word.strip().partition(".")
-            value = abs(float(whole)) + (float(tenths) / 10 if tenths else 0.0)
+            values[k] = number_of(word)
         except ValueError:
             raise InputError(
-                f"{where}, row {k + 1}: should be a number: {word!r}"
+                f"{where}, row {k + 1}: should be {what}: {word!r}"
             ) from None
-        values[k] = -value if whole.startswith("-") else value
     return values
 
 

@@ -9,6 +9,7 @@ from typing import NamedTuple
 from rcc_sim.errors import InputError
 from rcc_sim.readers.column_map import CLOCK, DATE, UNITS
 from rcc_sim.readers.csv_table import text_table
+from rcc_sim.readers.own import WRITTEN
 from rcc_sim.source import Source
 
 
@@ -50,10 +51,10 @@ MEANINGS = (
 )
 """The first that fits a name; in a map, the first column that fits a meaning."""
 
-SPELT = {
-    "kmh": "km/h", "kph": "km/h", "mps": "m/s", "sec": "s", "seconds": "s",
+SPELT = WRITTEN | {
+    "mps": "m/s", "sec": "s", "seconds": "s",
     "µs": "us", "nm": "N m", "n·m": "N m", "m/s2": "m/s^2", "m/s²": "m/s^2",
-    "°": "deg", "degrees": "deg", "°/s": "deg/s", "dps": "deg/s", "1/min": "rpm",
+    "°": "deg", "degrees": "deg", "°/s": "deg/s", "1/min": "rpm",
     "°c": "degC", "c": "degC", "volts": "V", "amps": "A",
 }  # fmt: skip
 """How units are written in headers -> how a map names them."""
@@ -91,7 +92,7 @@ def suggest(source: Source) -> str:
         "# a draft by names and units alone: check it; a current or power that is",
         "# positive when charging takes sign = -1",
         "[map]",
-        f'separator = "{table.separator}"'.replace("\t", "\\t"),
+        f"separator = {json.dumps(table.separator)}",
         "",
         "[columns]",
         *found.values(),

@@ -44,8 +44,11 @@ UNITS: dict[str, tuple[tuple[float, str], ...]] = {
     "time_s": ((1e3, "ms"), (1e6, "µs"), (1e9, "ns")),
 }
 
+DRIVING = ("battery_current_a", "battery_power_w", "motor_current_a", "motor_torque_nm")
+"""What drives the car, and is negative where it brakes it."""
+
 SIGNED = (
-    *("battery_current_a", "battery_power_w", "motor_current_a", "motor_torque_nm"),
+    *DRIVING,
     *("accel_x_mps2", "accel_y_mps2", "steer_cmd_rad", "yaw_rate_radps", "yaw_rad"),
     *("motor_speed_radps", "speed_ref_mps", "speed_mps"),
 )
@@ -341,7 +344,7 @@ def unsigned(m: Means, suspects: Sequence[str]) -> list[Finding]:
     if speed is None or rate is None:
         return out
     force = np.stack([np.ones_like(speed), rate, speed, speed * np.abs(speed)], axis=1)
-    for name in SIGNED[:4]:
+    for name in DRIVING:
         x = m.columns.get(name)
         if x is None or name in suspects:
             continue
