@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Annotated, Any, cast
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from rcc_sim.cli.complete import map_names, vehicle_names
 from rcc_sim.cli.logs import keep
-from rcc_sim.cli.output import Csv, Json, Output, atomic, emit, say
+from rcc_sim.cli.output import Csv, Json, Output, atomic, emit, say, write_log
 
 if TYPE_CHECKING:
     from rcc_sim.readers import Log
@@ -134,24 +134,7 @@ def _read(
 
 
 def _write(log: Log, output: Path) -> None:
-    from rcc_sim.errors import InputError
-    from rcc_sim.trace import write_parquet, write_trace
-
-    if output.suffix not in ("", ".csv", ".txt", ".gz", ".parquet"):
-        raise InputError(
-            f"{output}: should end in .csv, .csv.gz or .parquet",
-            "what a car plays is written by scale-cycle --format mcap",
-        )
-    with atomic(output, "wb") as file:
-        if output.suffix == ".parquet":
-            write_parquet(log.trace, file)
-        elif output.suffix == ".gz":
-            import gzip
-
-            with gzip.GzipFile("", "wb", fileobj=file, mtime=0) as packed:
-                write_trace(log.trace, cast("IO[bytes]", packed))
-        else:
-            write_trace(log.trace, file)
+    write_log(log.trace, output)
     say(f"wrote {output}: {len(log.trace)} rows, {len(log.trace.columns)} columns")
 
 

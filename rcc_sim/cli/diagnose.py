@@ -31,7 +31,7 @@ from rcc_sim.cli.logs import (
     tell_notes,
     write_page,
 )
-from rcc_sim.cli.output import Csv, Json, Output, atomic, emit, say
+from rcc_sim.cli.output import Csv, Json, Output, atomic, emit, not_foreign, say
 from rcc_sim.errors import InputError, did_you_mean
 
 if TYPE_CHECKING:
@@ -91,6 +91,7 @@ def diagnose(
         typer.Option(
             help="Write the causes that vary, over time; a file each log.",
             metavar="F.csv",
+            callback=not_foreign,
         ),
     ] = None,
     next_run: Annotated[
@@ -98,6 +99,7 @@ def diagnose(
         typer.Option(
             help="Write a run to drive next: .csv, or .mcap for ROS 2.",
             metavar="F",
+            callback=not_foreign,
         ),
     ] = None,
     html: Annotated[

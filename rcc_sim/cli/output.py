@@ -12,7 +12,7 @@ import sys
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import IO, Annotated, Any
+from typing import IO, TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
@@ -21,8 +21,28 @@ from rcc_sim.errors import InputError
 from rcc_sim.report.text import printable as printable
 from rcc_sim.report.text import sparkline
 
+if TYPE_CHECKING:
+    from rcc_sim.trace import Trace
+
 LEAST_SKETCH = 15
 """Columns below which a line of bars shows nothing."""
+
+FOREIGN = (
+    *(".xlsx", ".xls", ".ods", ".feather", ".h5", ".mat", ".mf4", ".zip"),
+    *(".png", ".svg", ".pdf", ".html"),
+)
+"""Endings of files that ``--output`` never writes."""
+
+
+def not_foreign(path: Path | None) -> Path | None:
+    """Return a file to write; raise where its name promises what it would not hold."""
+    if path is not None and path.suffix.lower() in FOREIGN:
+        raise InputError(
+            f"{path}: {path.suffix} is not written",
+            f"CSV, which spreadsheets read, would be {path.with_suffix('.csv')}",
+        )
+    return path
+
 
 Rows = Sequence[Mapping[str, Any]]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
@@ -34,6 +54,7 @@ Output = Annotated[
         "-o",
         help="Write to this file, whole or not at all.",
         metavar="FILE",
+        callback=not_foreign,
     ),
 ]
 
@@ -85,6 +106,33 @@ def _write(file: IO[str], document: Any, rows: Rows, json: bool) -> None:
         writer = csv_format.writer(file, lineterminator="\n")
         writer.writerow(rows[0].keys())
         writer.writerows([_cell(value) for value in row.values()] for row in rows)
+
+
+def write_log(trace: Trace, output: Path) -> None:
+    """Write a trace: CSV, packed if its name ends in .gz, or Parquet.
+
+    Raises
+    ------
+    InputError
+        If the name ends in anything else, or the file cannot be written.
+    """
+    import gzip
+
+    from rcc_sim.trace import write_parquet, write_trace
+
+    if output.suffix not in ("", ".csv", ".txt", ".gz", ".parquet"):
+        raise InputError(
+            f"{output}: should end in .csv, .csv.gz or .parquet",
+            "what a car plays is written by scale-cycle --format mcap",
+        )
+    with atomic(output, "wb") as file:
+        if output.suffix == ".parquet":
+            write_parquet(trace, file)
+        elif output.suffix == ".gz":
+            with gzip.GzipFile("", "wb", fileobj=file, mtime=0) as packed:
+                write_trace(trace, cast("IO[bytes]", packed))
+        else:
+            write_trace(trace, file)
 
 
 def say(message: str) -> None:

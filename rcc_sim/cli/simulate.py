@@ -20,7 +20,7 @@ from rcc_sim.cli.batches import (
     Vehicle,
     lanes_of,
 )
-from rcc_sim.cli.output import Csv, Json, Output, atomic, emit, say, warn
+from rcc_sim.cli.output import Csv, Json, Output, emit, say, warn, write_log
 from rcc_sim.cli.overrides import Own, Set, With, Without, changed_vehicle
 
 if TYPE_CHECKING:
@@ -229,13 +229,10 @@ def _deliver(result: Run, output: Path | None, *, csv: bool, json: bool) -> None
 def _write(result: Run, output: Path | None) -> EnergyReport:
     """Write the trace, where a file was named; return its energy report."""
     from rcc_sim.analyse.energy import energy_report
-    from rcc_sim.trace import write_parquet, write_trace
 
     report = energy_report(result.trace)
     if output is not None:
-        parquet = output.suffix == ".parquet"
-        with atomic(output, "wb") as file:
-            (write_parquet if parquet else write_trace)(result.trace, file)
+        write_log(result.trace, output)
         say(
             f"wrote {output}: {len(result.trace)} rows, {report.distance_m:.4g} m, "
             f"{report.energy_wh:.4g} Wh"

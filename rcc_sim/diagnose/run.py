@@ -145,10 +145,7 @@ class Diagnosis:
         return {
             "effect": a.cause.effect,
             "probability": a.probability,
-            "parameters": {
-                k: {"value": e.value, "low": e.low, "high": e.high}
-                for k, e in a.figures.items()
-            },
+            "parameters": {k: e.document() for k, e in a.figures.items()},
             "varies": bool(a.cause.profiles),
             "indistinguishable_from": list(a.cause.tied),
             "explains": min(max(gain, 0.0) / most, 1.0),

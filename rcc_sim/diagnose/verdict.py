@@ -57,12 +57,18 @@ INTERVAL = 1.45
 
 @dataclass(frozen=True)
 class Estimate:
-    """A figure found, with its 90 % interval."""
+    """A figure found, with its 90 % interval; ``stated`` is the vehicle file's."""
 
     value: float
     low: float
     high: float
     sd: float
+    stated: float | None = None
+
+    def document(self) -> dict[str, float]:
+        """Return what ``--json`` prints of it."""
+        told = {"value": self.value, "low": self.low, "high": self.high}
+        return told if self.stated is None else told | {"stated": self.stated}
 
 
 @dataclass(frozen=True)
@@ -173,6 +179,7 @@ def estimates(
         else:  # a clock's period, found by trying
             value = fit.values[key]
             out[name] = Estimate(value, value - TICK, value + TICK, 0.5 * TICK)
+        out[name] = replace(out[name], stated=stated.get(key))
     return out
 
 

@@ -94,6 +94,8 @@ def _parameters(parameters: Mapping[str, Any]) -> Markup:
         if figure.get("low") is not None and figure.get("high") is not None:
             text += f" ({figures(figure['low'], 4)} to {figures(figure['high'], 4)})"
         text += f" {unit}" if unit != "1" else ""
+        if figure.get("stated") is not None:
+            text += f", stated {figures(figure['stated'], 4)}"
         lines.append(tag("div", tag("code", name), " ", text))
     return joined(*lines)
 
@@ -215,7 +217,8 @@ def next_experiment(report: Report) -> Markup:
     items = []
     for step in steps:
         apart = [effect_title(str(s)) for s in step.get("separates") or []]
-        told = f" It tells apart: {', '.join(apart)}." if apart else ""
+        verb = "tells apart" if len(apart) > 1 else "narrows the interval of"
+        told = f" It {verb}: {', '.join(apart)}." if apart else ""
         todo = str(step.get("do", "")).strip().rstrip(".")
         items.append(tag("li", tag("strong", todo[:1].upper() + todo[1:] + "."), told))
     if items:

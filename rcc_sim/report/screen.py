@@ -5,16 +5,19 @@ from __future__ import annotations
 import re
 import textwrap
 from collections.abc import Iterator
+from math import exp
 
 import numpy as np
 
 from rcc_sim.analyse.gap_energy import COVERAGE, logged_power
 from rcc_sim.analyse.gap_regimes import moving_mean
+from rcc_sim.diagnose.experiment import Experiment
 from rcc_sim.diagnose.run import Diagnosis
 from rcc_sim.diagnose.verdict import Asserted
 from rcc_sim.report.channels import way_of
 from rcc_sim.report.html_parts import OTHERS
 from rcc_sim.report.text import figures, percent, printable, probable, sparkline
+from rcc_sim.report.verdict import judged
 
 WORDS = {
     "no_gap": "no gap beyond what tolerances and noise explain",
@@ -72,7 +75,7 @@ def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
     if regimes:
         told = (f"{r.regime.replace('_', ' ')} {_wh(r.gap_wh)}" for r in regimes)
         yield "WHERE", ", ".join(told)
-    yield "VERDICT", WORDS[found.status]
+    yield "VERDICT", WORDS[found.status].replace("no gap", _no_gap(found))
     for a in found.asserted:
         yield "CAUSE", _cause(a)
     yield from _rivals(found)
@@ -99,15 +102,26 @@ def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
         more = f", and {len(unseen) - UNSEEN} more" if len(unseen) > UNSEEN else ""
         yield "UNSEEN", f"would not show here: {', '.join(unseen[:UNSEEN])}{more}"
     for run in found.experiments[:2]:
-        each = [p.nats for p in run.expected_nats.pairs] or [run.expected_nats.least]
-        nats = f"{max(each):.0f} nats"
-        if len(each) > 1:
-            nats = f"{min(each):.0f} to {max(each):.0f} nats a pair"
-        verb = "parts" if len(run.separates) > 1 else "narrows"
-        what = f"{verb} {', '.join(run.separates)}, {nats}"
-        yield "NEXT", f"{run.do}, {run.time_s:.0f} s: {what}"
+        yield "NEXT", f"{run.do}, {run.time_s:.0f} s: {_promise(run)}"
     if found.is_tied and not found.experiments:
         yield "NEXT", "no run of the menu would part what is tied"
+
+
+def _promise(run: Experiment) -> str:
+    each = [p.nats for p in run.expected_nats.pairs]
+    if not each:
+        left = percent(exp(-run.expected_nats.least))
+        return f"narrows the interval of {', '.join(run.separates)} to {left}"
+    nats = f"{max(each):.0f} nats"
+    if len(each) > 1:
+        nats = f"{min(each):.0f} to {max(each):.0f} nats a pair"
+    return f"parts {', '.join(run.separates)}, {nats}"
+
+
+def _no_gap(found: Diagnosis) -> str:
+    names = list(dict.fromkeys(c.channel for g in found.gaps for c in g.channels))
+    measured = [g.energy.measured_wh for g in found.gaps]
+    return "no gap" + judged(names, next((m for m in measured if m is not None), None))
 
 
 def _gap(found: Diagnosis) -> Iterator[tuple[str, str]]:
@@ -146,6 +160,7 @@ def _cause(a: Asserted) -> str:
     told = ", ".join(
         f"{k} {figures(x.value, 4)} ({figures(x.low, 4)} to {figures(x.high, 4)})"
         + ", at its bound" * (x.value in (x.low, x.high))
+        + (f", stated {figures(x.stated, 4)}" if x.stated is not None else "")
         for k, x in a.figures.items()
     )
     varies = ", varies over the drive (--profiles)" if a.cause.profiles else ""

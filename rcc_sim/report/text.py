@@ -79,6 +79,16 @@ def figures(value: object, digits: int = 3) -> str:
     return text.replace("-", "−")
 
 
+def listed(names: Sequence[str]) -> str:
+    """Return names as a sentence has them.
+
+    >>> listed(["mass", "drag", "wind"])
+    'mass, drag and wind'
+    """
+    first, last = names[:-1], names[-1]
+    return f"{', '.join(first)} and {last}" if first else last
+
+
 def signed(value: float, digits: int = 3) -> str:
     """Return a number as a person reads it, with a plus where it is more than nil."""
     return ("+" if value > 0 else "") + figures(value, digits)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
-from rcc_sim.report.text import figures, percent, probable, signed
+from rcc_sim.report.text import figures, listed, percent, probable, signed
 from rcc_sim.units import SUFFIXES, unit_of
 
 STATUS = {
@@ -14,6 +14,9 @@ STATUS = {
     "partly_explained": "partly explained",
     "unexplained": "unexplained",
 }
+
+JUDGED = 4
+"""Channels, or what stands for the rest of them, that are told at most."""
 
 
 def verdict_of(diagnosis: Mapping[str, Any]) -> str:
@@ -27,9 +30,11 @@ def verdict_of(diagnosis: Mapping[str, Any]) -> str:
     if status is None:
         parts = [_gap(energy), _place(where)]
     elif status == "no_gap":
+        names = [str(c["channel"]) for c in where.get("channels") or []]
+        place = judged(names, energy.get("measured_wh"))
         parts = [
-            "no gap beyond the noise and the vehicle file's stated doubt",
-            _gap(energy, plain=True),
+            f"no gap{place} beyond the noise and the vehicle file's stated doubt",
+            _gap(energy, plain=True) or "no energy was judged",
         ]
     elif status == "unexplained":
         parts = [
@@ -62,6 +67,19 @@ def _gap(energy: Mapping[str, Any], *, plain: bool = False) -> str:
     return f"{text}, {how} what noise and the vehicle file's stated doubt allow"
 
 
+def judged(names: Sequence[str], energy_wh: float | None) -> str:
+    """Return in which channels a gap was sought, where no energy was measured.
+
+    >>> judged(["yaw_rate_radps"], None)
+    ' in yaw_rate_radps'
+    """
+    if not names or energy_wh is not None:
+        return ""
+    if len(names) > JUDGED:
+        names = [*names[: JUDGED - 1], f"{len(names) - JUDGED + 1} more"]
+    return f" in {listed(names)}"
+
+
 def _place(where: Mapping[str, Any]) -> str:
     told = []
     for kind, key, words in (
@@ -80,8 +98,7 @@ def _because(diagnosis: Mapping[str, Any]) -> str:
     causes = diagnosis.get("causes") or []
     shrink = diagnosis.get("shrink") or {}
     names = [_cause(cause) for cause in causes]
-    some = " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
-    text = f"{some} {'explain' if len(names) > 1 else 'explains'} "
+    text = f"{listed(names)} {'explain' if len(names) > 1 else 'explains'} "
     explained = shrink.get("explained")
     if explained is None:
         return text + "it"
@@ -136,9 +153,13 @@ def strength(name: str, figure: Any) -> str:
 
     >>> strength("mass_kg", {"value": 1.2546})
     'mass 1.25 kg'
+    >>> strength("power_w", {"value": 1851.0, "stated": 350.0})
+    'power 1851 W, stated 350'
     """
     value = figure.get("value") if isinstance(figure, Mapping) else figure
     unit = unit_of(name)
     ends = (e for e in SUFFIXES if name.endswith("_" + e))
     plain = name.removesuffix("_" + next(ends, "")).replace("_", " ")
-    return f"{plain} {figures(value)}" + (f" {unit}" if unit != "1" else "")
+    told = f"{plain} {figures(value)}" + (f" {unit}" if unit != "1" else "")
+    stated = figure.get("stated") if isinstance(figure, Mapping) else None
+    return told if stated is None else f"{told}, stated {figures(stated)}"

@@ -157,7 +157,7 @@ def simulate(
     aux_power : (time, power) or None
         Auxiliary power that was logged, on top of the file's. [s], [W]
     output_rate : float or None
-        Rows per second of a commanded run. [Hz]
+        Rows per second; of an imposed run, no fewer than the cycle's. [Hz]
     substeps : int
         Time steps per tick of the control loop.
     engine : {"auto", "compiled", "interpreted"}
@@ -170,6 +170,8 @@ def simulate(
     LedgerError
         If the energy ledger does not close to 1e-6 of the throughput.
     """
+    if imposed and output_rate is not None:
+        cycle, yaw_rate = at_rate(cycle, yaw_rate, output_rate)
     values = kernel_params(vehicle, commanded=not imposed)
     if lanes is not None:
         values["lanes"] = lanes.params(vehicle)
@@ -291,6 +293,36 @@ def _run(
     return Run(trace, ledger, given, throughput, residual, notes)
 
 
+def at_rate(
+    cycle: Cycle, yaw_rate: ArrayLike | None, rate: float
+) -> tuple[Cycle, ArrayLike | None]:
+    """Return a cycle, and the yaw rate at its rows, with so many rows a second.
+
+    Between rows both are straight lines, which is what an imposed run takes them for:
+    where the rate is a multiple of the cycle's, losses are but taken at more places.
+
+    Raises
+    ------
+    InputError
+        If the cycle has more rows than that.
+    """
+    refuse_rate(rate)
+    step = float(np.diff(cycle.time_s).min())
+    if rate * step < 1 - 1e-9:
+        raise InputError(
+            f"output rate: {rate:g} Hz is less than {cycle.name} has, a row each "
+            f"{step:g} s, and an imposed drive is none without its rows",
+            f"{1 / step:g} Hz would be",
+        )
+    start, end = float(cycle.time_s[0]), float(cycle.time_s[-1])
+    rows = math.ceil((end - start) * rate - 1e-9)
+    time = np.append(start + np.arange(rows) / rate, end)
+    speed = np.interp(time, cycle.time_s, cycle.speed_mps)
+    if yaw_rate is not None:
+        yaw_rate = np.interp(time, cycle.time_s, yaw_rate_of(cycle, yaw_rate))
+    return replace(cycle, time_s=time, speed_mps=speed), yaw_rate
+
+
 def yaw_rate_of(cycle: Cycle, yaw_rate: ArrayLike | None) -> NDArray[np.float64]:
     """Return a yaw rate at the cycle's rows; a single 0 where there is none."""
     if yaw_rate is None:
@@ -324,8 +356,7 @@ def sampling(
         held = getattr(period, "value", 0.0)
         rate = 1 / held if held > 0 and vehicle.controller.mode == "speed" else default
         rate = 1 / (max(round(1 / (rate * T_loop)), 1) * T_loop)  # one the loop has
-    if not (math.isfinite(rate) and rate > 0):
-        raise InputError(f"output rate: should be positive: {rate:g} Hz")
+    refuse_rate(rate)
     every = round(1 / (rate * T_loop))
     if every < 1 or abs(every * rate * T_loop - 1) > 1e-6:
         raise InputError(
@@ -334,6 +365,12 @@ def sampling(
             f"{1 / T_loop / max(every, 1):g} Hz would be",
         )
     return every, math.ceil(cycle.duration / (every * T_loop) - 1e-9) + 1
+
+
+def refuse_rate(rate: float) -> None:
+    """Raise if rows cannot come at a rate. [Hz]"""
+    if not (math.isfinite(rate) and rate > 0):
+        raise InputError(f"output rate: should be positive: {rate:g} Hz")
 
 
 def refuse_degrees(angle: NDArray[np.float64]) -> None:

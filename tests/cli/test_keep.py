@@ -3,7 +3,7 @@
 import pytest
 
 from rcc_sim.cli.logs import keep, once
-from rcc_sim.cli.output import emit
+from rcc_sim.cli.output import emit, not_foreign
 from rcc_sim.errors import InputError
 
 
@@ -30,6 +30,14 @@ def test_what_cannot_be_written_is_refused_before_the_work(tmp_path):
     with pytest.raises(InputError, match=r"--output: .*: there is no folder .*none"):
         keep([], {"--output": tmp_path / "none" / "a.csv"})
     keep([], {"--output": tmp_path / "a.csv"})
+
+
+def test_a_name_that_promises_another_format_is_refused(tmp_path):
+    with pytest.raises(InputError, match=r"found\.xlsx: \.xlsx is not written") as told:
+        not_foreign(tmp_path / "found.xlsx")
+    assert str(tmp_path / "found.csv") in told.value.hint
+    for name in ("found.csv", "found", "found.v2", "run.mcap", "found.parquet"):
+        assert not_foreign(tmp_path / name) == tmp_path / name
 
 
 def test_a_name_that_ends_in_json_is_json(tmp_path):

@@ -54,7 +54,7 @@ def test_the_same_inputs_give_the_same_bytes(cycle):
     assert runs[0] == runs[1]
 
 
-@pytest.mark.parametrize("suffix", ["csv", "parquet"])
+@pytest.mark.parametrize("suffix", ["csv", "csv.gz", "parquet"])
 def test_a_trace_written_is_read_back(cycle, tmp_path, suffix):
     out = tmp_path / f"t.{suffix}"
     rccsim("simulate", "rcc", "--cycle", cycle, "-o", out)

@@ -188,6 +188,17 @@ def test_what_is_left_is_left_by_the_mended_vehicle(report):
     assert "with the mended vehicle" in page(report)
 
 
+def test_no_gap_where_no_energy_was_measured_says_what_was_judged():
+    channels = [{"channel": c} for c in ("yaw_rate_radps", "battery_voltage_v")]
+    where = {"energy": {"measured_wh": None}, "channels": channels}
+    verdict = verdict_of({"status": "no_gap", "where": where})
+    assert verdict.startswith("No gap in yaw_rate_radps and battery_voltage_v beyond")
+    assert verdict.endswith("no energy was judged.")
+    where["energy"] = {"measured_wh": 2.0, "simulated_wh": 2.0}
+    verdict = verdict_of({"status": "no_gap", "where": where})
+    assert verdict.startswith("No gap beyond") and "no energy" not in verdict
+
+
 def test_gap_alone_has_a_verdict_and_its_place(report):
     where = report.diagnosis["where"]
     verdict = verdict_of({"where": where})
