@@ -101,6 +101,11 @@ class Search:
         return self.acts == "steps"
 
     @property
+    def is_least(self) -> bool:
+        """Whether there is a strength below which it is none: its lower bound."""
+        return self.low > self.neutral
+
+    @property
     def opens(self) -> bool:
         """Whether its bounds leave anything to look for."""
         return self.low < self.high

@@ -72,6 +72,8 @@ class Refined:
         Nats of them by which figures of the file went back to what is stated.
     steady : float
         Nats gained outside the stretches in which it does best and worst.
+    beyond : float
+        Nats gained beyond those of the least strength that may be told.
     """
 
     screened: Screened
@@ -80,6 +82,7 @@ class Refined:
     after: float
     eased: float = 0.0
     steady: float = inf
+    beyond: float = inf
 
     @property
     def gain(self) -> float:
@@ -105,7 +108,7 @@ class Refined:
 
     def reaches(self, needed: float) -> bool:
         """Tell whether it gains what is needed, and all over the logs."""
-        if not self.matters:
+        if not self.matters or self.beyond < needed:
             return False
         even = self.steady + 2 * max(self.eased, 0.0)
         return self.trusted >= needed and (self.gain > CLEAR or even >= needed)
@@ -286,6 +289,7 @@ def refine(
         return []
     close = [r for r in every if r.before > FAR_BEHIND * best.before]
     if any(r.trusted + max(r.eased, TIED) >= needed for r in close):
+        close = [beyond_least(engine, base, r, along) for r in close]
         close = by_its_noise(engine, base, close, best)
     return ranked(close)
 
@@ -302,6 +306,26 @@ def handicap(screened: Screened, fit: Fit) -> float:
     one = screened.candidate
     less = LESS_LIKELY.get(one.effect, 0.0)
     return less + one.price(fit.values, screened.values)
+
+
+def beyond_least(engine: Engine, base: Fit, found: Refined, along: Tangent) -> Refined:
+    """Count what a candidate gains beyond the least strength that may be told.
+
+    The acceleration of an imposed drive is smeared over a row or two: what a delay of
+    as many gains there it gains by smoothing, and by any longer one as well.
+    """
+    searches = {s.key: s for s in found.screened.candidate.searches}
+    held = {k: searches[k].low for k in found.screened.values if searches[k].is_least}
+    if not (held and engine.problems[0].drive.imposed):
+        return found
+    knobs = [k for k in base.knobs if k.key not in held]
+    gone = [i for i, k in enumerate(base.knobs) if k.key in held]
+    start = base.values | found.screened.values | held
+    least = engine.attempt(start, knobs, base.noise)
+    if least is None:
+        return found
+    least = engine.improve(least, along=along.but(gone), fixed=True, rounds=STEPS)
+    return replace(found, beyond=found.fit.score - least.score)
 
 
 def by_its_noise(

@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 
-from rcc_sim.analyse.logged import open_log
+from rcc_sim.analyse.logged import Logged, open_log
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import replay
+from rcc_sim.simulate.run import simulate
 from rcc_sim.trace import Trace
 
 CAR = load_vehicle("tesla_model_3")
@@ -57,3 +58,24 @@ def test_no_delay_is_found_where_there_is_none(tmp_path, corner_s):
     log = late_log(tmp_path, 0, seed=1, corner_s=corner_s)
     found = diagnose([log], CAR).document()
     assert found["causes"] == []
+
+
+def test_means_since_the_row_before_are_no_delay():
+    """They are half a row old, and a noisy speed is smoothed besides."""
+    cycle = parse_cycle("udds[0:500]")
+    key = "effects.auxiliary_load.power_w"
+    stated = CAR.figures()[key].value
+    true = CAR.changed(settings={key: stated + 1200.0})
+    run = simulate(true, cycle, imposed=True, output_rate=10).trace
+    rng = np.random.default_rng(3)
+    log = {"time_s": run["time_s"]}
+    for c, noise in (("speed_mps", 0.05), ("battery_voltage_v", 0.3),
+                     ("battery_current_a", 0.5)):  # fmt: skip
+        log[c] = run[c] + rng.normal(0, noise, len(run))
+    log["speed_mps"] = np.maximum(log["speed_mps"], 0.0)
+    found = diagnose([Logged(Trace(log, name="drive"), (), None)], CAR).document()
+    (cause,) = found["causes"]
+    assert cause["effect"] == "auxiliary_load"
+    figure = cause["parameters"]["power_w"]
+    assert figure["stated"] == stated
+    assert figure["low"] < stated + 1200.0 < figure["high"]
