@@ -70,6 +70,8 @@ class Search:
         How the model changes as it moves.
     same_as : str
         Figure of the file that it adds to, or multiplies.
+    opposes : tuple of str
+        Dotted keys of figures that undo it.
     least : float
         Distance from neutral below which a model is no better than its effect.
     most : float
@@ -86,6 +88,7 @@ class Search:
     grid: tuple[float, ...] = ()
     acts: str = ""
     same_as: str = ""
+    opposes: tuple[str, ...] = ()
     least: float = 0.0
     most: float = inf
     likely: float = inf
@@ -134,6 +137,15 @@ class Candidate:
     searches: tuple[Search, ...]
     several: bool = False
     is_sum: bool = False
+
+    def beside(self, keys: Collection[str]) -> tuple[Search, ...]:
+        """Figures that may be off besides some that are: none of these, nor opposed."""
+        undone = {o for s in self.searches if s.key in keys for o in s.opposes}
+        return tuple(
+            s
+            for s in self.searches
+            if s.key not in keys and s.key not in undone and not {*s.opposes} & {*keys}
+        )
 
     def price(self, values: Mapping[str, float], keys: Collection[str]) -> float:
         """Nats that some of its figures cost."""
@@ -267,7 +279,8 @@ def search_of(problem: Problem, effect: Effect, param: Param) -> Search:
     most = most if small is None else USUAL * small
     decades = param.neutral == 0.0 < a and not (stated and neutral)
     likely = first if decades else most
-    how = (param.acts, param.sought.same_as)
+    opposes = tuple(f"effects.{effect.id}.{name}" for name in param.sought.opposes)
+    how = (param.acts, param.sought.same_as, opposes)
     return Search(key, neutral, low, high, first, grid, *how, least, most, likely)
 
 

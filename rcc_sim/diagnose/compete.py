@@ -134,9 +134,7 @@ def free_of(
     """
     keys = {c.effect: c.keys for c in causes}
     rest = [
-        replace(c, searches=tuple(s for s in c.searches if s.key not in keys[c.effect]))
-        if c.effect in keys
-        else c
+        replace(c, searches=c.beside(keys[c.effect])) if c.effect in keys else c
         for c in candidates
         if c.several or c.effect not in keys
     ]

@@ -15,7 +15,7 @@ from rcc_sim.analyse.gap_report import where
 from rcc_sim.analyse.logged import Logged
 from rcc_sim.definitions.figure import Z_90, Figure
 from rcc_sim.definitions.vehicle import Vehicle
-from rcc_sim.diagnose.candidates import candidates_for
+from rcc_sim.diagnose.candidates import candidates_for, size_of
 from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.compete import Explanation, compete
 from rcc_sim.diagnose.engine import MEMORY, Engine
@@ -297,7 +297,7 @@ def diagnose(
     by_torque = torqued and leave_shaft(causes, acting.tracks)
     shrink, before, after = proof(acting, engine, fit, fresh, by_torque=by_torque)
     stated = {key: figure.value for key, figure in vehicle.figures().items()}
-    row = problems[0].row
+    row = size_of(problems[0], "row")
     asserted = tuple(
         Asserted(c, probability(c, left), estimates(fit, c, stated, row))
         for c in causes

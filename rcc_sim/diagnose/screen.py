@@ -147,9 +147,7 @@ class Screen:
         Where several may be off, the first are the plainest.
         """
         best = Screened(candidate, 0.0)
-        for search in candidate.searches:
-            if search.key in held:
-                continue
+        for search in candidate.beside(held):
             try:
                 scan = self.scan if search.grid else self.seek
                 gain, x = scan(search, held)

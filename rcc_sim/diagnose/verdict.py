@@ -161,7 +161,7 @@ def estimates(
     """Return the figures of a cause with their intervals.
 
     ``stated`` holds what the vehicle file states: a profile acts on top of it. ``row``
-    is the time between two rows of the log. [s]
+    is the time between two rows of the log, or over which a drive is smeared. [s]
     """
     out = {}
     knobs = {k.key: k for k in fit.knobs}

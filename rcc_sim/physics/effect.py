@@ -55,6 +55,8 @@ class Sought:
         What a drive must be for it to show, of ``DRIVES``.
     columns : tuple of str
         Columns of a log of which one at least must be there for it to show.
+    opposes : tuple of str
+        Parameters of the same effect that undo it, and are not found beside it.
     fitted : bool
         Whether it is looked for at all; else it stands beside another.
     """
@@ -67,6 +69,7 @@ class Sought:
     same_as: str = ""
     shows_in: tuple[str, ...] = ()
     columns: tuple[str, ...] = ()
+    opposes: tuple[str, ...] = ()
     fitted: bool = True
 
 

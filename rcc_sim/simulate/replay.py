@@ -113,7 +113,7 @@ def replay(
         simulated = columns["yaw_rate_radps"]
         known = np.isfinite(turned)
         columns["yaw_rate_radps"] = np.where(known, turned, simulated)
-    seen = sensed_columns(vehicle, columns)
+    seen = sensed_columns(vehicle, columns, imposed=drive.imposed)
     if drive.unseen is not None:
         seen = {c: np.where(drive.unseen, np.nan, x) for c, x in seen.items()}
     seen["time_s"] = drive.time + drive.start
@@ -130,23 +130,24 @@ def as_true(vehicle: Vehicle, drive: Drive) -> Measured:
     """Return what was measured as it was, by what the vehicle's sensors make of it.
 
     ``speed_mps`` is the motor's speed with the file's tyre radius; a reading that is
-    late belongs to an earlier row.
+    late belongs to an earlier row. An imposed drive has the clock of its speed.
     """
     rolled = speed_share(vehicle)
-    late = figure_of(vehicle, "sensor_delay", "delay_s", 0.0)
     of_speed, of_yaw, of_motor = (
-        late + figure_of(vehicle, "sensor_delay", f"{name}_delay_s", 0.0)
+        figure_of(vehicle, "sensor_delay", f"{name}_delay_s", 0.0)
         for name in ("speed", "yaw_rate", "motor_current")
     )
+    late = figure_of(vehicle, "sensor_delay", "delay_s", 0.0)
+    late = -of_speed if drive.imposed else late
     speed, current, yaw_rate, torque, accel = drive.measured
     if rolled != 1.0:
         speed, accel = speed * rolled, accel * rolled
     return (
-        earlier(drive, speed, of_speed),
-        earlier(drive, current, of_motor),
-        earlier(drive, yaw_rate, of_yaw),
-        earlier(drive, torque, of_motor),
-        earlier(drive, accel, of_speed),
+        earlier(drive, speed, late + of_speed),
+        earlier(drive, current, late + of_motor),
+        earlier(drive, yaw_rate, late + of_yaw),
+        earlier(drive, torque, late + of_motor),
+        earlier(drive, accel, late + of_speed),
     )
 
 
@@ -176,7 +177,7 @@ def road_driven(vehicle: Vehicle, drive: Drive) -> tuple[Array, Array]:
 
 
 def earlier(drive: Drive, values: Array, delay: float) -> Array:
-    """Return readings that came late [s] at the rows that they belong to.
+    """Return readings that came late, or early, [s] at the rows that they belong to.
 
     Between two rows it is the first of them, so that nothing is drawn to a reading
     that it has yet to predict; what drives an imposed run is interpolated.

@@ -15,12 +15,14 @@ from rcc_sim.definitions.vehicle import Vehicle
 Array = NDArray[np.float64]
 
 
-def sensed_columns(vehicle: Vehicle, columns: Mapping[str, Array]) -> dict[str, Array]:
+def sensed_columns(
+    vehicle: Vehicle, columns: Mapping[str, Array], *, imposed: bool = False
+) -> dict[str, Array]:
     """Return the columns as the vehicle's sensors log them.
 
     Each sensor effect that the vehicle has acts in turn; at its neutral value it
     leaves the columns as they are, to the last bit. The energy ledger is the car's, not
-    the sensors', and stays.
+    the sensors', and stays. A drive that is ``imposed`` has the clock of its speed.
     """
     seen = dict(columns)
     for name, given in vehicle.effects.items():
@@ -38,5 +40,8 @@ def sensed_columns(vehicle: Vehicle, columns: Mapping[str, Array]) -> dict[str, 
             seen |= sensed_by(vehicle.own[name], seen, values.values())
             continue
         module = import_module(f"rcc_sim.physics.effects.{name}")
-        seen |= module.sensed(seen, seen["time_s"], *values.values())
+        acting = tuple(values.values())
+        if imposed and hasattr(module, "behind_speed"):
+            acting = module.behind_speed(*acting)
+        seen |= module.sensed(seen, seen["time_s"], *acting)
     return seen

@@ -1,4 +1,4 @@
-"""Battery readings that come late are a sensor's delay; no hill, load or mass."""
+"""Readings that come late are a sensor's delay; no hill, load or mass."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ ROW = 0.1
 
 
 def late_log(folder, rows: int, seed: int, corner_s: float = 1.0):
-    """A town drive at 10 Hz whose voltage and current were moved by some rows."""
+    """A town drive at 10 Hz, voltage and current some rows late; or speed, if less."""
     cycle = parse_cycle("udds[0:400]")
     fine = np.arange(0.0, 400.0, 0.01)
     ends = np.interp(fine, cycle.time_s, cycle.speed_mps)
@@ -33,23 +33,25 @@ def late_log(folder, rows: int, seed: int, corner_s: float = 1.0):
         x = speed if c == "speed_mps" else exact[c]
         log[c] = x[::10] + rng.normal(0, noise, len(log["time_s"]))
     log["speed_mps"] = np.maximum(log["speed_mps"], 0.0)
-    for c in ("battery_voltage_v", "battery_current_a"):
-        log[c] = np.concatenate([np.full(rows, log[c][0]), log[c]])[: len(fine[::10])]
+    for c in ("battery_voltage_v", "battery_current_a") if rows > 0 else ("speed_mps",):
+        first = np.full(abs(rows), log[c][0])
+        log[c] = np.concatenate([first, log[c]])[: len(fine[::10])]
     path, table = folder / "log.csv", np.column_stack(list(log.values()))
     head = ",".join(log)
     np.savetxt(path, table, fmt="%.7g", delimiter=",", header=head, comments="")
     return open_log(path, CAR)
 
 
-@pytest.mark.parametrize("rows", [3, 8])
+@pytest.mark.parametrize("rows", [3, 8, -4, -10])
 def test_the_delay_is_found_and_nothing_else(tmp_path, rows):
-    found = diagnose([late_log(tmp_path, rows, seed=rows)], CAR).document()
+    found = diagnose([late_log(tmp_path, rows, seed=abs(rows))], CAR).document()
     (cause,) = found["causes"]
     assert cause["effect"] == "sensor_delay"
     ((name, figure),) = cause["parameters"].items()
-    assert name == "battery_delay_s"
+    assert name == ("battery_delay_s" if rows > 0 else "speed_delay_s")
     # a sample stands for no mean: half a row is no error
-    assert figure["value"] == pytest.approx(rows * ROW, abs=0.5 * ROW)
+    assert figure["value"] == pytest.approx(abs(rows) * ROW, abs=0.5 * ROW)
+    assert figure["low"] < abs(rows) * ROW < figure["high"]
 
 
 @pytest.mark.parametrize("corner_s", [1.0, 0.0])

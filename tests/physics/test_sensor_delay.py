@@ -37,6 +37,16 @@ def test_a_delayed_power_holds_the_energy_that_was_there_a_delay_ago(
     assert np.allclose(later, ago, atol=1e-3 * np.abs(power).max())
 
 
+@given(rows=st.integers(1, 12), seed=st.integers(0, 99))
+def test_readings_that_are_ahead_hold_their_last_value(rows, seed):
+    time = 0.25 * np.arange(40)
+    power = np.random.default_rng(seed).normal(size=len(time))
+    for sampled in (True, False):
+        seen = late(power, time, -0.25 * rows, sampled=sampled)
+        assert np.allclose(seen[1:-rows], power[1 + rows :], atol=1e-12)
+        assert np.allclose(seen[-rows:], power[-1], atol=1e-9)
+
+
 @given(rows=st.integers(0, 12), seed=st.integers(0, 99))
 def test_a_delay_of_whole_rows_moves_a_power_and_changes_nothing_else(rows, seed):
     time = 0.25 * np.arange(40)

@@ -35,13 +35,22 @@ def sensed(columns, time, delay, *more):
     }
 
 
-def late(values, time, delay, sampled):
-    """Readings of `delay` [s] ago; before the start the first value holds.
+def behind_speed(delay, speed, *more):
+    """Delays of the sensors in a drive that its own speed drives.
 
-    Samples are interpolated. Means are those of the interval that came `delay` earlier,
-    from their running integral, so that no energy is lost between rows. It is a cubic
-    spline: straight lines would make half a row's delay a mean of two rows, and a fit
-    would find a delay wherever smoother readings please it.
+    Its clock is the speed's: what is as late as the speed is not late at all.
+    """
+    return (-speed, speed, *more)
+
+
+def late(values, time, delay, sampled):
+    """Readings of `delay` [s] ago, or of as much ahead where it is negative.
+
+    Before the start the first value holds, beyond the end the last. Samples are
+    interpolated. Means are those of the interval that came `delay` earlier, from their
+    running integral, so that no energy is lost between rows. It is a cubic spline:
+    straight lines would make half a row's delay a mean of two rows, and a fit would
+    find a delay wherever smoother readings please it.
     """
     import numpy as np
 
@@ -50,9 +59,10 @@ def late(values, time, delay, sampled):
     steps = np.diff(time)
     total = np.concatenate([[0.0], np.cumsum(values[1:] * steps)])
     past = time - delay
-    before = np.minimum(past - time[0], 0.0) * values[1]
-    seen = np.diff(spline(np.maximum(past, time[0]), time, total) + before) / steps
-    return np.concatenate([values[:1], seen])
+    beyond = np.minimum(past - time[0], 0.0) * values[1]
+    beyond += np.maximum(past - time[-1], 0.0) * values[-1]
+    within = spline(np.clip(past, time[0], time[-1]), time, total)
+    return np.concatenate([values[:1], np.diff(within + beyond) / steps])
 
 
 def spline(at, time, values):
@@ -77,7 +87,7 @@ def spline(at, time, values):
     return values[k] + step[k] * u * (a + u * bend)
 
 
-def _more(name, what, *columns):
+def _more(name, what, *columns, shows_in=(), opposes=()):
     return Param(
         name,
         neutral=0.0,
@@ -91,7 +101,9 @@ def _more(name, what, *columns):
             of="row",
             longest=0.5,
             acts="rows",
+            shows_in=shows_in,
             columns=columns,
+            opposes=opposes,
             fitted=bool(columns),
         ),
     )
@@ -111,7 +123,14 @@ EFFECT = Effect(
             optional=True,
             sought=Sought(fitted=False),
         ),
-        _more("speed_delay_s", "the speed (motor and vehicle)"),
+        _more(
+            "speed_delay_s",
+            "the speed (motor and vehicle)",
+            *("motor_current_a", "motor_torque_nm"),
+            *("battery_current_a", "battery_power_w"),
+            shows_in=("imposed",),
+            opposes=("motor_current_delay_s", "battery_delay_s"),
+        ),
         _more("yaw_rate_delay_s", "the yaw rate", "yaw_rate_radps"),
         _more("accel_delay_s", "the accelerations", "accel_y_mps2"),
         _more("motor_current_delay_s", "motor current, torque and voltages"),
