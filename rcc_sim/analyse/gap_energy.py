@@ -93,7 +93,8 @@ class EnergyGap:
 
     def beyond(self, times: float) -> bool:
         """Whether the gap is more than some times its expanded uncertainty."""
-        return self.gap_wh is not None and abs(self.gap_wh) > times * self.expanded
+        allowed = times * self.expanded
+        return self.gap_wh is not None and not abs(self.gap_wh) <= allowed
 
 
 def logged_power(log: Trace) -> Array | None:
@@ -194,7 +195,8 @@ def bias_noise(log: Trace, vehicle: Vehicle, power: Array, weights: Array) -> fl
         return _bias(log, vehicle, "battery_power_w") * float(weights.sum()) / J_PER_WH
     if not has(log, "battery_current_a"):
         return 0.0
-    voltage = np.where(weights > 0, log["battery_voltage_v"], 0.0)
+    voltage = bridged(log["time_s"], log["battery_voltage_v"])
+    voltage = np.where(weights > 0, voltage, 0.0)
     joules = float((np.abs(voltage) * weights).sum())
     current = np.where(weights > 0, log["battery_current_a"], 0.0)
     ampere_seconds = abs(float((current * weights).sum()))

@@ -28,6 +28,14 @@ OVERLAP = 1000
 TURNS = 0.25
 """Share of turning rows above which a channel is noisy; white noise turns at 2/3."""
 
+BENDS, BENT = 0.64, 0.8
+"""Share of rows at which the bend turns, and share that bend at all, above which a
+channel is noisy whatever its slope. The bends of white noise turn at 0.73, and at half
+the rows if a drive makes them: at 0.46 to 0.57 in EPA schedules of a row a second.
+"""
+
+FEW = 20
+"""Changes from which on their share is a measure."""
 
 STANDS, ONE_STEP, WHOLE = 0.3, 1.5, 0.1
 """Share of rows under way that repeat the one before, median of the others' changes in
@@ -59,10 +67,22 @@ def sensor_noise(x: Array) -> float:
 
 
 def is_rough(x: Array) -> bool:
-    """Tell whether neighbouring rows scatter, as a sensor's do and a model's do not."""
-    steps = np.diff(x[np.isfinite(x)][:PIECE])
-    steps = steps[steps != 0]
-    return len(steps) > 20 and float(np.mean(steps[1:] * steps[:-1] < 0)) > TURNS
+    """Tell whether neighbouring rows scatter, as a sensor's do and a model's do not.
+
+    By their steps; by their bends on ramps steeper than the scatter.
+    """
+    v = x[np.isfinite(x)][:PIECE]
+    if turning(np.diff(v)) > TURNS:
+        return True
+    bends = np.diff(v, 2)
+    bends = bends[np.abs(bends) > ROUNDING * np.abs(v).max(initial=0.0)]
+    return len(bends) > BENT * len(v) and turning(bends) > BENDS
+
+
+def turning(changes: Array) -> float:
+    """Return the share of changes [any unit] whose sign is not that of the last."""
+    some = changes[changes != 0]
+    return float(np.mean(some[1:] * some[:-1] < 0)) if len(some) > FEW else 0.0
 
 
 def smoothed(
@@ -105,7 +125,7 @@ def rounded_to(speed: Array) -> float:
     v = speed[np.isfinite(speed)][:PIECE]
     change = np.abs(np.diff(v))[(v[1:] != 0) | (v[:-1] != 0)]
     steps = change[change > ROUNDING * float(np.abs(v).max(initial=0.0))]
-    if len(steps) < 20 or 1 - len(steps) / len(change) < STANDS:
+    if len(steps) < FEW or 1 - len(steps) / len(change) < STANDS:
         return 0.0
     step = float(np.median(steps[steps < 2 * steps.min()]))
     whole = np.abs(steps / step - np.round(steps / step)) < WHOLE

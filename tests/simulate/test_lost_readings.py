@@ -1,5 +1,7 @@
 """Of a long hole nothing is said; what is read in turn, or rarely, is used."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -94,3 +96,12 @@ def test_a_power_that_is_read_once_a_second_is_compared_there(tmp_path):
     found = gap_of(log, tmp_path).energy
     assert found.measured_wh == pytest.approx(whole.measured_wh, rel=0.05)
     assert abs(found.gap_percent) < 0.5
+
+
+def test_one_lost_voltage_leaves_an_uncertainty(tmp_path):
+    log = drive()
+    whole = gap_of(log, tmp_path).energy
+    log["battery_voltage_v"][1000] = np.nan
+    found = gap_of(log, tmp_path).energy
+    assert found.u_val == pytest.approx(whole.u_val, rel=0.05)
+    assert not replace(found, noise_wh=np.nan, simulated_wh=0.0).within

@@ -1,0 +1,35 @@
+"""A noisy speed is smoothed on ramps as well, where it never turns."""
+
+import numpy as np
+import pytest
+
+from rcc_sim.definitions.cycle import parse_cycle
+from rcc_sim.simulate.smooth import is_rough, smoothed
+
+RAMPS = 20 * np.abs(np.arange(0, 200, 0.1) / 25 % 2 - 1)
+
+
+@pytest.mark.parametrize("noise", [0.002, 0.02, 0.1])
+def test_a_noisy_ramp_is_rough_and_a_clean_one_is_not(noise):
+    rng = np.random.default_rng(1)
+    assert is_rough(RAMPS + noise * rng.normal(size=len(RAMPS)))
+    assert not is_rough(RAMPS)
+
+
+@pytest.mark.parametrize("name", ["udds", "hwfet", "nedc"])
+@pytest.mark.parametrize("step", [1.0, 0.1])
+@pytest.mark.parametrize("digits", [3, 6])
+def test_a_schedule_is_not_rough(name, step, digits):
+    cycle = parse_cycle(name)
+    time = np.arange(0, cycle.duration, step)
+    speed = np.interp(time, cycle.time_s, cycle.speed_mps)
+    assert not is_rough(np.round(speed, digits))
+
+
+def test_the_acceleration_of_a_noisy_ramp_is_found():
+    time, rng = np.arange(0, 200, 0.1), np.random.default_rng(2)
+    speed, accel = smoothed(time, RAMPS + 0.02 * rng.normal(size=len(RAMPS)))
+    turns = np.minimum(time % 25, 25 - time % 25) < 2
+    true = np.where((time // 25) % 2, 0.8, -0.8)
+    assert np.std((accel - true)[~turns]) < 0.05  # 0.28 by differences of rows
+    assert np.std((speed - RAMPS)[~turns]) < 0.01
