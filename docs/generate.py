@@ -136,7 +136,7 @@ def _keys(table: str, model: Any) -> list[str]:
     for key, field in model.model_fields.items():
         kind = _kind(field.annotation)
         unit = unit_of(key) if kind.startswith("figure") else ""
-        if table == "sensors" and unit == "1":
+        if table == "sensors" and unit == "1" and key != "scale_sd":
             unit = "the column's"
         need = "yes" if field.is_required() else ""
         advice = _cell(ADVICE.get(f"{table}.{key}", ""))

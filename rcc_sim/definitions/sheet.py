@@ -74,7 +74,7 @@ def _figure_row(key: str, value: Any) -> dict[str, Any]:
     if not isinstance(value, Figure):
         return row
     table, name, *inner = key.split(".")
-    in_columns_unit = table == "sensors" and inner != ["latency_s"]
+    in_columns_unit = table == "sensors" and inner[0] not in ("latency_s", "scale_sd")
     return row | {
         "value": value.value,
         "unit": unit_of(name if in_columns_unit else key),

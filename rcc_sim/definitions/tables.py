@@ -140,6 +140,7 @@ class Sensor(Table):
 
     noise_sd: NotNegative | None = None
     bias_sd: NotNegative | None = None
+    scale_sd: NotNegative | None = None
     resolution: NotNegative | None = None
     latency_s: NotNegative | None = None
 
@@ -160,6 +161,8 @@ ADVICE = {
     "controller.mode": 'one of "speed", "torque", "throttle"',
     "controller.force_scale": "what force_n is multiplied by; its sd is what a charge "
     "that is not logged does",
+    "sensors.scale_sd": "share by which it may read too much or too little; for now of "
+    "motor_torque_nm alone, 0.03 where none is stated",
     "vehicle.name": "letters, digits, _ . and - only",
 }
 """Key -> what to say when its value is refused."""

@@ -127,13 +127,14 @@ class Engine:
         return found
 
     def offset(self, key: str) -> dict[int, Array | float]:
-        """What an offset of size 1 adds to each track: a sensor's, or that of bends."""
+        """What size 1 adds to each track: an offset, that of bends, a torque's gain."""
         name = key.removeprefix(BIAS)
         log, _, what = name.partition(".")
         mine = [(k, c) for k, (i, c) in enumerate(self.tracks) if i == int(log)]
-        bends = self.problems[int(log)].bends
-        if what in bends:
-            return {k: x for (k, _), x in zip(mine, bends[what], strict=True)}
+        problem = self.problems[int(log)]
+        shapes = problem.bends | problem.gained
+        if what in shapes:
+            return {k: x for (k, _), x in zip(mine, shapes[what], strict=True)}
         return {k: 1.0 for k, c in mine if c == what}
 
     def learn_noise(self, residuals: list[Array]) -> list[Whitener]:

@@ -28,6 +28,10 @@ CURRENT_LOOP_LAG = 0.003
 BEND_SHARE = 0.5
 """Share of a bend's drag that a driver may make up for late, one sd."""
 
+TORQUE_GAIN = 0.03
+"""Share that a torque which an inverter works out may be off, one sd, where none is
+stated: at the warm magnets and the saturation of a road car's motor."""
+
 LEAST = 0.2
 """Share of what is stated below which no mass, length or stiffness is."""
 
@@ -168,7 +172,7 @@ def bias_knobs(problem: Problem, log: int = 0) -> list[Knob]:
     """An offset for each sensor but those that count: encoder and charge.
 
     Nor for one whose offset was withheld: that is what is to be found. And the share
-    of each bend's drag that the power shows late.
+    of each bend's drag that the power shows late, and the gain of a torque.
     """
     knobs = []
     for c in problem.channels:
@@ -182,6 +186,11 @@ def bias_knobs(problem: Problem, log: int = 0) -> list[Knob]:
         if not counted and sd > 0:
             knobs.append(Knob(bias_key(log, c), 0.0, sd))
     knobs += [Knob(bias_key(log, name), 0.0, BEND_SHARE) for name in problem.bends]
+    for name in problem.gained:
+        torque = problem.vehicle.sensors.get("motor_torque_nm")
+        share = torque.scale_sd.value if torque and torque.scale_sd else TORQUE_GAIN
+        if share > 0:
+            knobs.append(Knob(bias_key(log, name), 0.0, share))
     return knobs
 
 

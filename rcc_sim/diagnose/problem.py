@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from rcc_sim.analyse.charge import Charge, battery_energy
 from rcc_sim.analyse.gap_regimes import HELD, Scale, moving_mean, rows_in, stands
-from rcc_sim.analyse.gap_stages import untorqued
+from rcc_sim.analyse.gap_stages import torqued, untorqued
 from rcc_sim.analyse.heading import TURN_RATE, turn_rate
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.physics.step import SLIP_BLEND
@@ -56,6 +56,9 @@ SLOW = 20.0
 
 MADE_UP = 1.0
 """Time in which a driver makes up for what a bend took from the speed. [s]"""
+
+A_LITTLE = 0.01
+"""Share by which a torque is changed to see what its gain does."""
 
 MIN_ROWS = 30
 
@@ -185,6 +188,28 @@ class Problem:
         return {
             "bend": [-x for x in drag],
             "bend_late": [np.convolve(x, late)[: len(x)] for x in drag],
+        }
+
+    @cached_property
+    def gained(self) -> dict[str, list[Array]]:
+        """What a torque that reads too much does to each channel: ``gain``, per unit.
+
+        An inverter works its torque out, from currents and a map. It is what an imposed
+        drive takes its power from; in a commanded one the current is measured.
+        """
+        column = "motor_torque_nm"
+        torque = self.drive.measured[3]
+        if not (self.drive.imposed and column in self.channels):
+            return {}
+        most = (1 + A_LITTLE) * torque
+        more = replace(self, drive=torqued(self.drive, most)).predict({})
+        return {
+            "gain": [
+                np.nan_to_num(self.nominal[c])
+                if c == column
+                else np.nan_to_num(self.nominal[c] - more[c]) / A_LITTLE
+                for c in self.channels
+            ]
         }
 
     @cached_property

@@ -1,0 +1,60 @@
+"""A torque that an inverter works out is a few per cent off, and blames nobody."""
+
+import numpy as np
+import pytest
+
+from rcc_sim.analyse.logged import Logged
+from rcc_sim.definitions.cycle import parse_cycle
+from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose.knobs import TORQUE_GAIN, bias_knobs
+from rcc_sim.diagnose.posed import problem_of
+from rcc_sim.diagnose.run import diagnose
+from rcc_sim.simulate.run import simulate
+from rcc_sim.trace import Trace
+
+CAR = load_vehicle("tesla_model_3")
+NOISE = {"speed_mps": 0.02, "motor_torque_nm": 1.0,
+         "battery_voltage_v": 0.3, "battery_current_a": 0.5}  # fmt: skip
+
+
+def drive(car=CAR, gain: float = 1.0, share: float = 1.0) -> Trace:
+    """A town drive at 10 Hz whose torque reads some times the true one; speed, too."""
+    cycle = parse_cycle("udds[0:400]")
+    run = simulate(car, cycle, imposed=True, output_rate=10).trace
+    rng = np.random.default_rng(5)
+    scale = {"motor_torque_nm": gain, "speed_mps": share}
+    log = {
+        c: scale.get(c, 1.0) * run[c] + rng.normal(0, sd, len(run))
+        for c, sd in NOISE.items()
+    }
+    log["speed_mps"] = np.maximum(log["speed_mps"], 0.0)
+    return Trace({"time_s": run["time_s"], **log}, name="drive")
+
+
+def told(log: Trace) -> dict:
+    return diagnose([Logged(log, (), None)], CAR).document()
+
+
+@pytest.mark.parametrize("gain", [1.03, 0.97])
+def test_a_torque_that_is_a_little_off_is_no_cause(gain):
+    assert told(drive(gain=gain))["causes"] == []
+
+
+def test_a_true_speed_beside_another_tyre_is_no_cause():
+    """The motor turns faster than the file's radius makes of the speed."""
+    smaller = CAR.changed(settings={"tyres.radius_m": CAR.tyres.radius_m.value * 0.985})
+    assert told(drive(smaller))["causes"] == []
+
+
+def test_a_current_that_is_off_is_found_beside_it():
+    log = drive()
+    log.columns["battery_current_a"] *= 1.12
+    (cause,) = told(log)["causes"]
+    assert "current_sensor_scale" in {cause["effect"], *cause["indistinguishable_from"]}
+
+
+def test_the_gain_is_what_the_file_states():
+    exact = CAR.changed(settings={"sensors.motor_torque_nm.scale_sd": 0.002})
+    problems = problem_of(drive(), CAR), problem_of(drive(), exact)
+    sds = [{k.key: k.sd for k in bias_knobs(p)}["bias.0.gain"] for p in problems]
+    assert sds == [TORQUE_GAIN, 0.002]
