@@ -30,6 +30,8 @@ from rcc_sim.physics.step import (
 )
 from rcc_sim.physics.tables import between, seek, slope_of
 
+STILL = 1e-6  # m/s; a car that yaws as it stops comes nearer and nearer to standing
+
 
 @jit
 def begin(p, c, s, v_0, r_0):
@@ -122,7 +124,7 @@ def follow_reference(p, c, s, u, f, flow, ref):
         R += f.pull
         tau_loss += f.twist
     F = driver(p, c, s, u, flow, R)
-    if s.v_x <= 0.0 and s.w <= 0.0 and F <= 0.0:
+    if s.v_x <= STILL and s.w <= STILL and F <= 0.0:
         u.brake = -F  # what stands the brakes hold: its motor gives nothing back
         return 0.0
     tau, u.brake = split_force(p, c, flow, F, c.n * s.w, tau_loss)
