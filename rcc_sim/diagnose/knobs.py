@@ -40,6 +40,9 @@ YAW_INERTIA = "body.yaw_inertia_kgm2"
 
 BIAS = "bias."
 
+GAIN = BIAS + "0.gain"
+"""Key of the share by which the torque of the first log reads too much."""
+
 CALM_PARTS = 30
 
 MOST_FACTOR = 2.0

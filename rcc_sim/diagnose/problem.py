@@ -198,19 +198,22 @@ class Problem:
         drive takes its power from; in a commanded one the current is measured.
         """
         column = "motor_torque_nm"
-        torque = self.drive.measured[3]
         if not (self.drive.imposed and column in self.channels):
             return {}
-        most = (1 + A_LITTLE) * torque
-        more = replace(self, drive=torqued(self.drive, most)).predict({})
+        less = self.by_true_torque(A_LITTLE).predict({})
         return {
             "gain": [
                 np.nan_to_num(self.nominal[c])
                 if c == column
-                else np.nan_to_num(self.nominal[c] - more[c]) / A_LITTLE
+                else np.nan_to_num(less[c] - self.nominal[c]) / A_LITTLE
                 for c in self.channels
             ]
         }
+
+    def by_true_torque(self, gain: float) -> Problem:
+        """Return the log with its measured torque, which reads so much too much."""
+        torque = self.drive.measured[3] / (1 + gain)
+        return replace(self, drive=torqued(self.drive, torque)) if gain else self
 
     @cached_property
     def speed(self) -> Array:

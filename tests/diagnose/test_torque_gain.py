@@ -58,3 +58,13 @@ def test_the_gain_is_what_the_file_states():
     problems = problem_of(drive(), CAR), problem_of(drive(), exact)
     sds = [{k.key: k.sd for k in bias_knobs(p)}["bias.0.gain"] for p in problems]
     assert sds == [TORQUE_GAIN, 0.002]
+
+
+def test_the_energy_left_is_by_the_torque_as_it_reads():
+    key = "effects.auxiliary_load.power_w"
+    heated = CAR.changed(settings={key: CAR.figures()[key].value + 1500.0})
+    found = told(drive(heated, gain=1.04))
+    assert [c["effect"] for c in found["causes"]] == ["auxiliary_load"]
+    shrink = found["shrink"]
+    assert shrink["energy_by_measured_torque"]
+    assert abs(shrink["energy_gap_percent_after"]) < 1.0
