@@ -33,6 +33,7 @@ from rcc_sim.diagnose.verdict import (
     DOUBTLESS,
     INTERVAL,
     Asserted,
+    ends_early,
     estimates,
     is_steady,
     probability,
@@ -307,8 +308,10 @@ def diagnose(
     doubtful = all(g.energy.within is not False for g in gaps)
     energy = (None, None) if doubtful else (before, after)
     large = any(g.energy.beyond(DOUBTLESS) for g in gaps)
-    shrank = shrink.explained > 0
-    status = status_of(causes, left, *energy, large=large, shrank=shrank)
+    ends = any(ends_early(c, fit, vehicle.known) for c in causes)
+    status = status_of(
+        causes, left, *energy, large=large, explained=shrink.explained, ends=ends
+    )
     return Diagnosis(
         vehicle, problems[0], gaps, status, asserted, found, fit, left, shrink,
         before, after, by_torque, runs,

@@ -15,6 +15,7 @@ from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import Knob
 from rcc_sim.diagnose.remainder import Remainder
 from rcc_sim.diagnose.screen import CLOSER, TICK
+from rcc_sim.physics.effect import Effect
 from rcc_sim.physics.effects import EFFECTS
 from rcc_sim.units import unit_of
 
@@ -34,8 +35,8 @@ brake sticks or a drag warms up something is, and it gains 29 to 475.
 """
 
 SHRUNK, NO_ENERGY = 1 / 3, 1.5
-"""Share to which the energy gap has to shrink on rows that no fit saw, and size below
-which it need not. [1], [%]"""
+"""Share to which the energy gap, and what is beyond noise, have to shrink on rows that
+no fit saw; size below which the first need not. [1], [%]"""
 
 DOUBTLESS = 2.0
 """Times its expanded uncertainty from which on an energy gap is one, whatever the rows
@@ -129,21 +130,35 @@ def status_of(
     after: float | None = None,
     *,
     large: bool = False,
-    shrank: bool = True,
+    explained: float = 1.0,
+    ends: bool = False,
 ) -> str:
     """Return the status: no_gap, explained, partly_explained or unexplained.
 
     ``before`` and ``after`` are the energy gap [%] on rows that no fit saw, where it
-    is beyond doubt: what does not shrink there is not explained, nor is what did not
-    shrink there row by row (``shrank``). A gap is ``large`` if it is one whatever the
-    rows say.
+    is beyond doubt: what does not shrink there is not explained, nor is what does not
+    row by row (``explained``, a share), nor by a cause that ``ends`` where its search
+    does. A gap is ``large`` if it is one whatever the rows say.
     """
     if not causes:
         return "unexplained" if left.is_real or large else "no_gap"
-    stays = left.is_real or not shrank
+    stays = left.is_real or ends or explained < 1 - SHRUNK
     if before is not None and after is not None:
         stays |= abs(after) > max(SHRUNK * abs(before), NO_ENERGY)
     return "partly_explained" if stays else "explained"
+
+
+def ends_early(cause: Cause, fit: Fit, known: Mapping[str, Effect]) -> bool:
+    """Tell whether a figure ends where its search does, short of the effect's bounds.
+
+    What asks for more is not that figure.
+    """
+    for knob in (k for k in fit.knobs if k.key in cause.keys):
+        _, effect, name = knob.key.split(".")
+        x = fit.values[knob.key]
+        if x in (knob.low, knob.high) and x not in known[effect].param(name).bounds:
+            return True
+    return False
 
 
 def probability(cause: Cause, left: Remainder) -> float:

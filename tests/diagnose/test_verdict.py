@@ -15,6 +15,7 @@ from rcc_sim.diagnose.run import _only
 from rcc_sim.diagnose.screen import Screen
 from rcc_sim.diagnose.verdict import (
     Asserted,
+    ends_early,
     estimates,
     ranking,
     resolution,
@@ -103,7 +104,20 @@ def test_what_is_left_decides_where_nothing_is_named():
     assert status_of([], SOMETHING) == "unexplained"
     assert status_of([], NOTHING, large=True) == "unexplained"
     assert status_of([CAUSE], SOMETHING, 50.0, 1.0) == "partly_explained"
-    assert status_of([CAUSE], NOTHING, shrank=False) == "partly_explained"
+    assert status_of([CAUSE], NOTHING, explained=0.6) == "partly_explained"
+    assert status_of([CAUSE], NOTHING, explained=0.7) == "explained"
+    assert status_of([CAUSE], NOTHING, ends=True) == "partly_explained"
+
+
+@pytest.mark.parametrize(
+    ("value", "ends"), [(0.0, False), (0.03, False), (0.05, True), (0.3, False)]
+)
+def test_a_figure_at_its_own_bound_is_found_and_at_its_search_s_is_not(value, ends):
+    key = "effects.rolling_resistance.coefficient"
+    high = 0.05 if value < 0.1 else 0.3  # the effect's own
+    knob = Knob(key, 0.01, low=0.0, high=high)
+    fit = Fit({key: value}, (knob,), 0.0, 0.0, [], [])
+    assert ends_early(Cause("rolling_resistance", (key,), 99.0), fit, EFFECTS) is ends
 
 
 @pytest.mark.parametrize(
