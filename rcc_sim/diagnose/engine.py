@@ -217,7 +217,10 @@ class Engine:
     def signals(
         self, values: dict[str, float], knobs: Sequence[Knob]
     ) -> list[list[Array]]:
-        """d(residual)/d(knob) by re-simulation, per knob and track."""
+        """d(residual)/d(knob) by re-simulation, per knob and track.
+
+        Nil where no vehicle can have the figure a little larger, nor smaller.
+        """
         base = self.residuals(values, coarse=True)
 
         def one(k: Knob) -> list[Array]:
@@ -227,7 +230,10 @@ class Engine:
                     np.zeros_like(e) - added.get(i, 0.0) for i, e in enumerate(base)
                 ]
             for wider in WIDER if k.sd == inf else WIDER[:1]:
-                h, new = self.aside(values, k, k.inward(values[k.key], wider))
+                try:
+                    h, new = self.aside(values, k, k.inward(values[k.key], wider))
+                except InputError:
+                    return [np.zeros_like(e) for e in base]
                 per = 1 / h if h else 0.0  # too small for the figure to change
                 change = [per * (a - b) for a, b in zip(new, base, strict=True)]
                 if any(np.nan_to_num(c).any() for c in change):

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import exp, hypot, inf, log
+from math import exp, hypot, inf, isfinite, log
 
 import numpy as np
 
@@ -146,6 +146,17 @@ def status_of(
     if before is not None and after is not None:
         stays |= abs(after) > max(SHRUNK * abs(before), NO_ENERGY)
     return "partly_explained" if stays else "explained"
+
+
+def moved(fit: Fit, stated: Collection[str]) -> dict[str, float]:
+    """Stated figures that a fit moved by their sds or more, in sds, farthest first."""
+    pulls = {
+        k.key: (fit.values[k.key] - k.value) / k.sd
+        for k in fit.knobs
+        if k.key in stated and isfinite(k.sd)
+    }
+    far = sorted((k for k in pulls if abs(pulls[k]) >= 1), key=lambda k: -abs(pulls[k]))
+    return {key: pulls[key] for key in far}
 
 
 def ends_early(cause: Cause, fit: Fit, known: Mapping[str, Effect]) -> bool:

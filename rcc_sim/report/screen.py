@@ -13,11 +13,11 @@ from rcc_sim.analyse.gap_energy import COVERAGE, logged_power
 from rcc_sim.analyse.gap_regimes import moving_mean
 from rcc_sim.diagnose.experiment import Experiment
 from rcc_sim.diagnose.run import Diagnosis
-from rcc_sim.diagnose.verdict import Asserted
+from rcc_sim.diagnose.verdict import Asserted, moved
 from rcc_sim.report.channels import way_of
 from rcc_sim.report.html_parts import OTHERS
 from rcc_sim.report.text import figures, percent, printable, probable, sparkline
-from rcc_sim.report.verdict import judged
+from rcc_sim.report.verdict import doubt_of, judged
 
 WORDS = {
     "no_gap": "no gap beyond what tolerances and noise explain",
@@ -223,16 +223,10 @@ def _doubt(found: Diagnosis) -> Iterator[tuple[str, str]]:
 
 def _moved(found: Diagnosis) -> Iterator[tuple[str, str]]:
     """Stated figures that the logs moved farthest, in their sds."""
-    knobs = [k for k in found.fit.knobs if k.key in found.vehicle.figures()]
-    pulls = {
-        k.key: (found.fit.values[k.key] - k.value) / k.sd
-        for k in knobs
-        if np.isfinite(k.sd)
-    }
-    far = sorted((k for k in pulls if abs(pulls[k]) >= 1), key=lambda k: -abs(pulls[k]))
-    if far:
-        told = (f"{key} {pulls[key]:+.1f} sd" for key in far[:SHOWN])
-        yield "MOVED", ", ".join(told)
+    pulls = moved(found.fit, found.vehicle.figures())
+    if pulls:
+        told = (f"{key} {x:+.1f} sd" for key, x in list(pulls.items())[:SHOWN])
+        yield "MOVED", "; ".join(filter(None, (", ".join(told), doubt_of(pulls))))
 
 
 def _wh(energy: float | None) -> str:

@@ -15,6 +15,10 @@ STATUS = {
     "unexplained": "unexplained",
 }
 
+DOUBTFUL, STRANGE = 3.0, 10.0
+"""Sds by which a stated figure is off, from which on it is doubtful, and from which on
+it may be another vehicle's."""
+
 JUDGED = 4
 """Channels, or what stands for the rest of them, that are told at most."""
 
@@ -45,8 +49,10 @@ def verdict_of(diagnosis: Mapping[str, Any]) -> str:
         parts = [_because(diagnosis), _mended(diagnosis)]
         if status == "partly_explained":
             parts.append("structure remains that this does not explain")
+    parts.append(doubt_of(diagnosis.get("moved") or {}, named=True))
     sentence = "; ".join(part for part in parts if part)
-    return sentence[:1].upper() + sentence[1:] + "." if sentence else ""
+    end = "" if sentence.endswith("?") else "."
+    return sentence[:1].upper() + sentence[1:] + end if sentence else ""
 
 
 def _gap(energy: Mapping[str, Any], *, plain: bool = False) -> str:
@@ -65,6 +71,22 @@ def _gap(energy: Mapping[str, Any], *, plain: bool = False) -> str:
         return text
     how = "within" if energy["within"] else "more than"
     return f"{text}, {how} what noise and the vehicle file's stated doubt allow"
+
+
+def doubt_of(moved: Mapping[str, float], *, named: bool = False) -> str:
+    """Return what it means that stated figures moved by so many sds, if it is much.
+
+    >>> doubt_of({"body.mass_kg": -4.1}, named=True)
+    'body.mass_kg is 4.1 sds off what is stated: measure it again, or state a larger sd'
+    >>> doubt_of({"body.mass_kg": -29.0})
+    'was it this vehicle that drove?'
+    """
+    key, sds = next(iter(moved.items()), ("", 0.0))
+    if abs(sds) < DOUBTFUL:
+        return ""
+    what = f"{key} is {figures(abs(sds), 2)} sds off what is stated: " if named else ""
+    again = "measure it again, or state a larger sd"
+    return what + ("was it this vehicle that drove?" if abs(sds) >= STRANGE else again)
 
 
 def judged(names: Sequence[str], energy_wh: float | None) -> str:

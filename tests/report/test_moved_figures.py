@@ -3,8 +3,15 @@
 from math import inf
 from types import SimpleNamespace
 
+from rcc_sim.analyse.logged import Logged
+from rcc_sim.definitions.cycle import Cycle, parse_cycle
+from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.knobs import Knob
+from rcc_sim.diagnose.run import diagnose
 from rcc_sim.report.screen import _moved
+from rcc_sim.report.verdict import verdict_of
+from rcc_sim.simulate.run import LaneChanges, simulate
+from rcc_sim.trace import Trace
 
 STATED = {"body.mass_kg": 3.0, "tyres.radius_m": 0.05, "body.yaw_inertia_kgm2": 0.04}
 
@@ -25,3 +32,24 @@ def test_where_none_moved_nothing_is_said():
     fit = SimpleNamespace(knobs=knobs, values=STATED)
     vehicle = SimpleNamespace(figures=lambda: STATED)
     assert list(_moved(SimpleNamespace(fit=fit, vehicle=vehicle))) == []
+
+
+def test_what_moved_far_is_doubtful_and_farther_another_vehicle_s():
+    says = [verdict_of({"status": "no_gap", "moved": {"body.mass_kg": x}})
+            for x in (2.0, -4.0, 30.0)]  # fmt: skip
+    assert "body.mass_kg" not in says[0]
+    assert says[1].endswith("measure it again, or state a larger sd.")
+    assert "30 sds" in says[2] and says[2].endswith("was it this vehicle that drove?")
+
+
+def test_a_wrong_vehicle_is_asked_for_and_its_file_is_not_blamed():
+    """A scaled car's drive, said to be a car's, whose mass nothing lets go so far."""
+    car = load_vehicle("rcc")
+    cycle = parse_cycle("udds[20:80]").time_s, parse_cycle("udds[20:80]").speed_mps / 10
+    run = simulate(car, Cycle("drive", *cycle), lanes=LaneChanges(every=3.0)).trace
+    columns = ("time_s", "speed_mps", "steer_cmd_rad", "yaw_rate_radps",
+               "battery_voltage_v", "battery_current_a")  # fmt: skip
+    log = Trace({c: run[c] for c in columns}, name="drive")
+    found = diagnose([Logged(log, (), None)], load_vehicle("tesla_model_3"))
+    assert max(map(abs, found.document()["moved"].values())) > 10
+    assert verdict_of(found.document()).endswith("was it this vehicle that drove?")
