@@ -78,9 +78,9 @@ def text_table(
 ) -> TextTable | None:
     """Look at a file as CSV; None if it is no text.
 
-    What is not given is found: the separator by what the header has most of, the
-    encoding by its mark, else UTF-8, else latin-1, a decimal comma by numbers that
-    have one and none that has a point.
+    What is not given is found: the separator by a first line of ``sep=;``, else by what
+    the header has most of, the encoding by its mark, else UTF-8, else latin-1, a
+    decimal comma by numbers that have one and none that has a point.
     """
     encoding = encoding or _encoding(source.head)
     text = source.head.decode(encoding, errors="ignore").removeprefix("\ufeff")
@@ -89,6 +89,9 @@ def text_table(
     lines = text.splitlines()[skip_rows:]
     blank = next((k for k, line in enumerate(lines) if line.strip()), len(lines))
     lines = lines[blank:]
+    told = re.fullmatch(r'"?sep=(.)"?,*', lines[0].strip()) if lines else None
+    if told:  # by a spreadsheet, to itself
+        separator, blank, lines = separator or told[1], blank + 1, lines[1:]
     if not lines:
         return None
     separator = separator or max(SEPARATORS, key=lines[0].count)

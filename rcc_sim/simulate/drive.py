@@ -13,7 +13,7 @@ from rcc_sim.definitions.kernel import road_of
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
 from rcc_sim.simulate.road import surveyed_slope
-from rcc_sim.simulate.smooth import smoothed
+from rcc_sim.simulate.smooth import sensor_noise, smoothed
 from rcc_sim.trace import Trace
 
 Array = NDArray[np.float64]
@@ -37,6 +37,9 @@ before would meet the speed of its end, 7 % too much energy at 1 Hz in a town.""
 HOLE = 5.5
 """Usual intervals beyond which nothing is said of the time between two readings: five
 are bridged, however their times are rounded."""
+
+TURNS_BY = 3.0
+"""Scatter of a yaw rate, in times its noise, beyond which a car has turned."""
 
 COMMANDS = {"speed": "speed_ref_mps", "throttle": "throttle"}
 """Mode of the controller -> the column that commands it."""
@@ -184,10 +187,24 @@ def drive_of(
 
 
 def is_imposed(log: Trace, vehicle: Vehicle) -> bool:
-    """Tell whether a log lacks the commands that this vehicle's controller obeys."""
+    """Tell whether a log lacks the commands that this vehicle's controller obeys.
+
+    Or how it was steered, and its yaw rate shows that it was: obeying the others alone
+    it would drive straight on, without the drag of its bends.
+    """
     mode = vehicle.controller.mode if vehicle.controller else "torque"
     command = COMMANDS.get(mode)
-    return command is None or not has(log, command)
+    if command is None or not has(log, command):
+        return True
+    return has(log, "speed_mps") and turns_unsteered(log)
+
+
+def turns_unsteered(log: Trace) -> bool:
+    """Tell whether a yaw rate shows turns, beyond its noise, that no steering tells."""
+    if has(log, "steer_cmd_rad") or not has(log, "yaw_rate_radps"):
+        return False
+    yaw_rate = log["yaw_rate_radps"]
+    return float(np.nanstd(yaw_rate)) > TURNS_BY * sensor_noise(yaw_rate)
 
 
 def has(log: Trace, column: str) -> bool:

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from rcc_sim.analyse.logged import open_log
+from rcc_sim.analyse.logged import Logged, open_log
 from rcc_sim.diagnose.candidates import candidates_for
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.knobs import tolerance_knobs
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.errors import InputError
-from rcc_sim.simulate.drive import drive_of
+from rcc_sim.simulate.drive import drive_of, is_imposed
 from rcc_sim.simulate.replay import replay
 from rcc_sim.trace import Trace
 from tests.cars import car
@@ -93,3 +93,16 @@ def test_a_run_that_went_astray_is_the_least_likely(columns):
     noise = engine.learn_noise(sound)
     astray = [np.full_like(e, np.nan) for e in sound]
     assert engine.loglik(astray, noise) < engine.loglik(sound, noise)
+
+
+def test_what_turned_unsteered_is_driven_as_it_was(columns):
+    """Obeying its speed alone it would drive straight, and something drag in bends."""
+    log = Trace(columns[0] | {"speed_mps": columns[1]}, name="drive")
+    blind = Trace({c: x for c, x in log.columns.items() if c != "steer_cmd_rad"})
+    assert not is_imposed(log, car()) and is_imposed(blind, car())
+    rng = np.random.default_rng(6)
+    straight = NOISE["yaw_rate_radps"] * rng.normal(size=len(blind))
+    ahead = Trace(blind.columns | {"yaw_rate_radps": straight})
+    assert not is_imposed(ahead, car())
+    found = diagnose([Logged(blind, (), None)], car())
+    assert found.asserted == ()

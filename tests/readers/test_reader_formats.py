@@ -116,6 +116,13 @@ def test_windows_dashes_and_byte_order_marks_do_not_hide_a_log(tmp_path):
 # VESC Tool
 
 
+def test_what_a_spreadsheet_says_to_itself_is_no_header(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("\ufeffsep=;\ntime_s;speed_mps\n0;0,5\n1;0,75\n", "utf-8")
+    log = read_log(path).trace
+    assert log["speed_mps"].tolist() == [0.5, 0.75]
+
+
 def test_a_vesc_tool_log_is_si(tmp_path):
     log = read_log(making.write_vesc(tmp_path / "ride.csv"))
     trace = log.trace
