@@ -114,10 +114,14 @@ def _power_moved(
 def _step_error(
     vehicle: Vehicle, drive: Drive, at: str, model: Array, weights: Array
 ) -> float:
-    """Return what half the time step does to the energy [Wh]; a long log's in part."""
+    """Return what half the time step does to the energy [Wh].
+
+    Of the first rows of a long log, and where a speed was read, for all of it.
+    """
     rows = slice(0, min(len(model), PIECE))
     part = drive if rows.stop == len(model) else drive.part(rows)
     fine = power_of(at, predicted(vehicle, part, POWERS, substeps=2))
-    change = np.where(weights[rows] > 0, fine - model[rows], 0.0) * weights[rows]
-    whole = float(weights.sum() / max(weights[rows].sum(), 1e-30))
+    seen = np.where(np.isfinite(fine - model[rows]), weights[rows], 0.0)
+    change = np.where(seen > 0, fine - model[rows], 0.0) * seen
+    whole = float(weights.sum() / max(seen.sum(), 1e-30))
     return abs(float(change.sum())) * whole / J_PER_WH

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from rcc_sim.analyse.charge import STEPS, battery_energy, charge_of
-from rcc_sim.analyse.logged import steered
+from rcc_sim.analyse.gap import gap
+from rcc_sim.analyse.logged import Logged, steered
 from rcc_sim.analyse.stale import between_updates, held_rows, refreshed
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.errors import InputError
@@ -60,6 +61,17 @@ def test_a_charge_that_jumps_spoils_one_stretch_alone():
     assert charge.edges[lost] < 901 <= charge.edges[lost + 1]
     off = np.abs(charge.power - 3000) * np.diff(time[charge.edges])
     assert np.nanmax(off) <= STEP / 100 * battery_energy(TWIZY) * 1.0001
+
+
+def test_a_hole_in_the_speed_leaves_an_uncertainty():
+    """A stretch of the charge may hold rows at which nothing is predicted."""
+    time = np.arange(3000.0)
+    log = drained(2000 + 1500 * np.sin(time / 90), time)
+    log.columns["speed_mps"][:] = 8 + np.sin(time / 50)
+    log.columns["speed_mps"][1000:1040] = np.nan
+    found = gap(Logged(log, (), None), TWIZY).energy
+    assert found.numerical_wh < 0.01 * found.measured_wh
+    assert found.u_val > found.tolerance_wh > 0
 
 
 def test_a_log_with_a_battery_current_needs_no_charge():
