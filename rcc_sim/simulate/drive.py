@@ -13,8 +13,9 @@ from rcc_sim.definitions.kernel import road_of
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
 from rcc_sim.simulate.road import surveyed_slope
-from rcc_sim.simulate.smooth import sensor_noise, smoothed
+from rcc_sim.simulate.smooth import smoothed
 from rcc_sim.trace import Trace
+from rcc_sim.units import G
 
 Array = NDArray[np.float64]
 Measured = tuple[Array, Array, Array, Array, Array]
@@ -38,8 +39,9 @@ HOLE = 5.5
 """Usual intervals beyond which nothing is said of the time between two readings: five
 are bridged, however their times are rounded."""
 
-TURNS_BY = 3.0
-"""Scatter of a yaw rate, in times its noise, beyond which a car has turned."""
+TURNS_BY = 0.1
+"""Lateral acceleration, as a root mean square in g, beyond which bends drag: tyres that
+slip by a hundredth take a thousandth of the weight, a tenth of what rolling does."""
 
 COMMANDS = {"speed": "speed_ref_mps", "throttle": "throttle"}
 """Mode of the controller -> the column that commands it."""
@@ -194,17 +196,18 @@ def is_imposed(log: Trace, vehicle: Vehicle) -> bool:
     """
     mode = vehicle.controller.mode if vehicle.controller else "torque"
     command = COMMANDS.get(mode)
-    if command is None or not has(log, command):
-        return True
-    return has(log, "speed_mps") and turns_unsteered(log)
+    return command is None or not has(log, command) or turns_unsteered(log)
 
 
 def turns_unsteered(log: Trace) -> bool:
-    """Tell whether a yaw rate shows turns, beyond its noise, that no steering tells."""
-    if has(log, "steer_cmd_rad") or not has(log, "yaw_rate_radps"):
+    """Tell whether speed and yaw rate show bends that no steering tells."""
+    if has(log, "steer_cmd_rad"):
         return False
-    yaw_rate = log["yaw_rate_radps"]
-    return float(np.nanstd(yaw_rate)) > TURNS_BY * sensor_noise(yaw_rate)
+    if not (has(log, "speed_mps") and has(log, "yaw_rate_radps")):
+        return False
+    sideways = (log["speed_mps"] * log["yaw_rate_radps"]) ** 2
+    seen = np.isfinite(sideways)
+    return bool(seen.any()) and float(np.mean(sideways[seen])) ** 0.5 > TURNS_BY * G
 
 
 def has(log: Trace, column: str) -> bool:
