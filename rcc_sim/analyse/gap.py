@@ -36,13 +36,7 @@ from rcc_sim.analyse.logcheck.finding import Finding
 from rcc_sim.analyse.logged import COMPARED, Logged
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
-from rcc_sim.simulate.drive import (
-    Drive,
-    drive_of,
-    has,
-    is_imposed,
-    turns_unsteered,
-)
+from rcc_sim.simulate.drive import Drive, drive_of, has, has_commands, is_imposed
 from rcc_sim.trace import Trace
 
 Array = NDArray[np.float64]
@@ -312,10 +306,10 @@ def _notes(
     vehicle: Vehicle,
 ) -> tuple[str, ...]:
     notes = []
-    if drive.imposed and turns_unsteered(log):
-        notes.append("it turned, and no steering is told: the motion is imposed")
-    elif drive.imposed:
+    if not has_commands(log, vehicle):
         notes.append("no commands that the controller obeys: the motion is imposed")
+    elif drive.imposed:
+        notes.append("it turned, and no steering is told: the motion is imposed")
     notes += at_boundary(energy)
     if any(g.noise_from == "guess" for g in gaps):
         notes.append(

@@ -189,14 +189,19 @@ def drive_of(
 
 
 def is_imposed(log: Trace, vehicle: Vehicle) -> bool:
-    """Tell whether a log lacks the commands that this vehicle's controller obeys.
+    """Tell whether a log's measured motion drives it: it lacks the commands.
 
     Or how it was steered, and its yaw rate shows that it was: obeying the others alone
     it would drive straight on, without the drag of its bends.
     """
+    return not has_commands(log, vehicle) or turns_unsteered(log)
+
+
+def has_commands(log: Trace, vehicle: Vehicle) -> bool:
+    """Tell whether a log has the commands that this vehicle's controller obeys."""
     mode = vehicle.controller.mode if vehicle.controller else "torque"
     command = COMMANDS.get(mode)
-    return command is None or not has(log, command) or turns_unsteered(log)
+    return command is not None and has(log, command)
 
 
 def turns_unsteered(log: Trace) -> bool:

@@ -13,6 +13,7 @@ from rcc_sim.definitions.kernel import efficiency_map, force_table, kernel_param
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.physics import params as schema
 from rcc_sim.physics import record
+from rcc_sim.physics.effects import sensor_delay
 from rcc_sim.physics.replay import run_replayed
 from rcc_sim.simulate.columns import log_columns
 from rcc_sim.simulate.drive import ROUNDING, Drive, Measured, interval_of
@@ -133,21 +134,21 @@ def as_true(vehicle: Vehicle, drive: Drive) -> Measured:
     late belongs to an earlier row. An imposed drive has the clock of its speed.
     """
     rolled = speed_share(vehicle)
-    of_speed, of_yaw, of_motor = (
-        figure_of(vehicle, "sensor_delay", f"{name}_delay_s", 0.0)
-        for name in ("speed", "yaw_rate", "motor_current")
+    delays = (
+        figure_of(vehicle, sensor_delay.EFFECT.id, p.name, p.neutral)
+        for p in sensor_delay.EFFECT.params
     )
-    late = figure_of(vehicle, "sensor_delay", "delay_s", 0.0)
-    late = -of_speed if drive.imposed else late
+    late, *more = sensor_delay.behind_speed(*delays) if drive.imposed else delays
+    of_speed, of_yaw, _, of_motor, _ = (late + x for x in more)
     speed, current, yaw_rate, torque, accel = drive.measured
     if rolled != 1.0:
         speed, accel = speed * rolled, accel * rolled
     return (
-        earlier(drive, speed, late + of_speed),
-        earlier(drive, current, late + of_motor),
-        earlier(drive, yaw_rate, late + of_yaw),
-        earlier(drive, torque, late + of_motor),
-        earlier(drive, accel, late + of_speed),
+        earlier(drive, speed, of_speed),
+        earlier(drive, current, of_motor),
+        earlier(drive, yaw_rate, of_yaw),
+        earlier(drive, torque, of_motor),
+        earlier(drive, accel, of_speed),
     )
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from rcc_sim.analyse.gap import gap
 from rcc_sim.analyse.logged import Logged, open_log
 from rcc_sim.diagnose.candidates import candidates_for
 from rcc_sim.diagnose.engine import Engine
@@ -106,3 +107,19 @@ def test_what_turned_unsteered_is_driven_as_it_was(columns):
     assert not is_imposed(ahead, car())
     found = diagnose([Logged(blind, (), None)], car())
     assert found.asserted == ()
+
+
+def test_why_the_motion_is_imposed_is_told(columns):
+    whole = columns[0] | {"speed_mps": columns[1]}
+    unsteered = {c: x for c, x in whole.items() if c != "steer_cmd_rad"}
+    unasked = {c: x for c, x in unsteered.items() if c != "speed_ref_mps"}
+    notes = [
+        gap(Logged(Trace(x, name="drive"), (), None), car()).notes
+        for x in (whole, unsteered, unasked)
+    ]
+    told = [[n.partition(":")[0] for n in of if "is imposed" in n] for of in notes]
+    assert told == [
+        [],
+        ["it turned, and no steering is told"],
+        ["no commands that the controller obeys"],
+    ]
