@@ -18,6 +18,7 @@ from pathlib import Path
 from benchmarks.one_car import PLANT, write
 from rcc_sim.analyse.logged import open_log
 from rcc_sim.definitions.vehicle import Vehicle, load_vehicle
+from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.candidates import candidates_for
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.knobs import nuisance_knobs
@@ -85,7 +86,7 @@ def evidence(name: str, car: Vehicle) -> Evidence:
     """Return the evidence of a log, from the fit of its tolerances alone."""
     problems = [problem_of(open_log(name, car).log, car)]
     engine = Engine(problems)
-    null = engine.fit({}, nuisance_knobs(problems))
+    null = descent.fit(engine, {}, nuisance_knobs(problems))
     return evidence_of(engine, null, candidates_for(problems))
 
 

@@ -23,6 +23,7 @@ from scipy.ndimage import gaussian_filter1d, median_filter
 from rcc_sim.analyse.heading import seen_heading, turn_at
 from rcc_sim.analyse.logged import open_log
 from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.deliver import acting
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.knobs import nuisance_knobs
@@ -103,7 +104,7 @@ def suits(plain: Problem, at: Array, height: Array) -> float:
 
     def score(scale: float) -> float:
         one = plain.on_road(at, scale * slope)
-        return Engine([one]).fit({}, nuisance_knobs([one])).score
+        return descent.fit(Engine([one]), {}, nuisance_knobs([one])).score
 
     return max(np.arange(0.2, 1.5, 0.2), key=score)
 

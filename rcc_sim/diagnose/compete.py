@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.candidates import Candidate
 from rcc_sim.diagnose.cause import ENOUGH, Cause
 from rcc_sim.diagnose.detect import least_seen, shows_likely
@@ -82,7 +83,7 @@ def compete(
 ) -> Explanation:
     """Find the smallest set of effects that the logs ask for."""
     told("tolerances")
-    null = engine.fit({}, nuisance_knobs(engine.problems))
+    null = descent.fit(engine, {}, nuisance_knobs(engine.problems))
     causes: list[Cause] = []
     ranking: dict[str, float] = {}
     current = null
@@ -113,7 +114,7 @@ def compete(
         if not (best and one) or best.trusted < needed_gain(causes, one.shares):
             break
         causes = taken_in(causes, replace(one, screened=constant))
-        current = engine.fit(best.fit.values, best.fit.knobs, best.fit.noise)
+        current = descent.fit(engine, best.fit.values, best.fit.knobs, best.fit.noise)
         causes, current = with_all_figures(engine, current, causes, candidates)
     told("leaving out what is not needed")
     causes, current = without_idle(engine, causes, current)
@@ -184,11 +185,11 @@ def without_idle(
         if now is None:
             continue
         along = engine.whitened([j for j, _ in kept], fit.noise)
-        less = engine.improve(now, along=along, fixed=True, rounds=3)
+        less = descent.improve(engine, now, along=along, fixed=True, rounds=3)
         eased = max(fit.prior - less.prior, 0.0)
         if fit.score - less.score + eased < ENOUGH:
             causes = [c for c in causes if c is not cause]
-            fit = engine.fit(less.values, less.knobs, less.noise)
+            fit = descent.fit(engine, less.values, less.knobs, less.noise)
     return causes, fit
 
 

@@ -1,10 +1,9 @@
-"""Simulates, whitens and fits: maximum a posteriori of a set of figures."""
+"""The model beside one or more logs: what figures leave of them, and how likely."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from math import inf, isfinite
 from threading import current_thread
 from typing import TypeVar
@@ -12,18 +11,16 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.diagnose.fit import Fit, Tangent, bounded_step
+from rcc_sim.diagnose.fit import Fit, Tangent
 from rcc_sim.diagnose.knobs import BIAS, Knob, figures_of
 from rcc_sim.diagnose.noise import (
     SHORT,
     Whitener,
-    curvature,
     fit_whitener,
     lag_edges,
     local_range,
     log_density,
     log_likelihood,
-    weights,
 )
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.errors import InputError
@@ -59,36 +56,6 @@ hand numpy's many short steps over more often than they work."""
 
 THREAD = "rccsim-engine"
 """What the names of the pool's threads begin with."""
-
-PATIENT, ROUNDS = 6, 18
-"""Rounds from which on a fit goes on only while each settles something, and most of
-them: where mass and a rotor's inertia trade, a valley bends at every step."""
-
-LEARNT = 3
-"""Times that the noise is learnt anew at most, from what a better fit leaves."""
-
-LEAPS, SETTLED = 4, 0.5
-"""Times that signals are found anew at most, and nats below which no more."""
-
-MUCH = 0.5
-"""Share of what a step promised below which its signals are found anew; and of a finite
-difference's step, below which they were found over too wide a one."""
-
-SHORTER = (1.0, 0.4, 0.1)
-"""Shares of a step that are tried in turn."""
-
-LONGER = 1.25
-"""Times what a step promised that it must gain for twice the step to be tried."""
-
-OVER = (-2.0, -1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0)
-"""Standard deviations from what is stated at which a threshold is tried: each step that
-a reference takes past it parts two hollows, and no slope leads from one to the next."""
-
-AHEAD = (1, 2)
-"""Rows by which a delay is moved at a time."""
-
-LITTLE = 0.05
-"""Nats that a step must promise to be tried, and gain for another."""
 
 
 class Engine:
@@ -272,125 +239,6 @@ class Engine:
         alone = inside or len(many) < 2
         return list(map(do, many) if alone else self.pool.map(do, many))
 
-    def fit(
-        self,
-        start: dict[str, float],
-        knobs: Sequence[Knob],
-        noise: list[Whitener] | None = None,
-    ) -> Fit:
-        """Maximum a posteriori under the noise that it leaves.
-
-        What is missing yet counts as noise, and hides itself: the noise is learnt anew
-        as long as that leads on.
-        """
-        now = self.evaluate({**{k.key: k.value for k in knobs}, **start}, knobs, noise)
-        now = replace(now, signals=self.signals(now.values, now.knobs))
-        for turn in range(LEARNT):
-            before = now.score
-            now = self.improved(now, 2 if noise is None and not turn else ROUNDS)
-            gain = now.score - before
-            learnt = self.learn_noise(now.residuals)
-            loglik = self.loglik(now.residuals, learnt)
-            now = replace(now, noise=learnt, loglik=loglik)
-            if turn and gain < SETTLED:
-                break
-        return now
-
-    def improved(self, now: Fit, rounds: int) -> Fit:
-        """Return a better fit under the same noise, thresholds in the best hollow."""
-        along = self.whitened(now.signals, now.noise)
-        now = self.improve(now, along=along, rounds=rounds)
-        leapt = self.leapt(now)
-        return now if leapt is now else self.improve(leapt, rounds=rounds)
-
-    def improve(
-        self,
-        now: Fit,
-        *,
-        along: Tangent | None = None,
-        fixed: bool = False,
-        rounds: int,
-    ) -> Fit:
-        """Return a better fit under the same noise, after some rounds at most.
-
-        Signals may be given that were found nearby. They are found anew, unless they
-        are ``fixed``, once a step along them gains less than it should.
-        """
-        tangent, old = along, along is not None
-        for turn in range(rounds):
-            if tangent is None:
-                tangent, old = self.tangent(now.values, now.knobs, now.noise), False
-            step, H = self.step(now, tangent.white)
-            knobs = self.finer(now.knobs, H)
-            old |= any(
-                k.stride < MUCH * was.stride
-                for k, was in zip(knobs, now.knobs, strict=True)
-            )
-            now = replace(now, knobs=knobs, information=H, signals=tangent.signals)
-            promised = 0.5 * float(step @ H @ step)
-            new = self.line_search(now, step, promised) if promised > LITTLE else None
-            gain = new.score - now.score if new else 0.0
-            if new:
-                now = replace(new, information=H, signals=tangent.signals)
-            settled = gain < (LITTLE if turn < PATIENT else SETTLED)
-            if settled and (fixed or not old):
-                break
-            if not fixed and (old or gain < MUCH * promised):
-                tangent = None
-            old = True
-        return now
-
-    def leapt(self, now: Fit) -> Fit:
-        """Return a better fit in another hollow of thresholds or delays, if any is."""
-        for k in now.knobs:
-            if k.acts == "rows" and not isfinite(k.sd):
-                there = self.climbed(now, k)
-                now = there if there.score > now.score + SETTLED else now
-        tried = [
-            now.values | {k.key: k.within(k.value + n * k.sd)}
-            for k in now.knobs
-            if k.is_stepped and isfinite(k.sd)
-            for n in OVER
-        ]
-        fits = self.each(lambda x: self.attempt(x, now.knobs, now.noise), tried)
-        best = max(filter(None, fits), key=lambda f: f.score, default=now)
-        if best.score <= now.score + SETTLED:
-            return now
-        return replace(best, information=now.information, signals=now.signals)
-
-    def climbed(self, now: Fit, knob: Knob, tried: Iterable[float] = ()) -> Fit:
-        """Move a delay by whole rows as far as it gains, the others giving way.
-
-        From the best of what is ``tried``. Within a row it makes readings smoother,
-        which pleases a fit as well: each row has a hollow of its own, out of which no
-        slope leads, and one may be deeper than the next.
-        """
-        others = [k for k in now.knobs if k.key != knob.key]
-
-        def held(x: float) -> Fit | None:
-            start = self.attempt(now.values | {knob.key: x}, others, now.noise)
-            return start and replace(self.improve(start, rounds=2), knobs=now.knobs)
-
-        def best_of(xs: Iterable[float], *fits: Fit) -> Fit:
-            near = [x for x in xs if x == knob.within(x)]
-            found = [*fits, *filter(None, self.each(held, near))]
-            return max(found, key=lambda f: f.score, default=now)
-
-        best = best_of({now.values[knob.key], *tried})
-        row = self.problems[0].row
-        for way in (row, -row):
-            before = None
-            while best is not before:
-                before, x = best, best.values[knob.key]
-                best = best_of([x + n * way for n in AHEAD], best)
-        return replace(best, information=now.information, signals=now.signals)
-
-    @staticmethod
-    def finer(knobs: Sequence[Knob], H: Array) -> tuple[Knob, ...]:
-        """Return knobs with steps as fine as what the information tells of each."""
-        sds = 1 / np.sqrt(np.diag(H) + 1e-300)
-        return tuple(k.finer(sd) for k, sd in zip(knobs, sds, strict=True))
-
     def tangent(
         self, values: dict[str, float], knobs: Sequence[Knob], noise: list[Whitener]
     ) -> Tangent:
@@ -407,54 +255,3 @@ class Engine:
 
         self.each(one, range(len(J)))
         return Tangent(J, white.T)
-
-    def step(self, now: Fit, A: Array, rows: Mask | None = None) -> tuple[Array, Array]:
-        """Newton step along whitened signals, and the information behind it.
-
-        The noise follows a t-distribution: a step of least squares with its weights
-        would fall short by a fifth.
-        """
-        w = self.white(now.residuals, now.noise)
-        if rows is not None:
-            w, A = w[rows], A[rows]
-        W = weights(w)
-        sd = np.array([k.sd for k in now.knobs])
-        H = curvature(W) * (A.T * W) @ A + np.diag(1 / sd**2)
-        off = np.array([(now.values[k.key] - k.value) / k.sd**2 for k in now.knobs])
-        g = A.T @ (W * w) + off
-        least = np.array([now.values[k.key] <= k.low for k in now.knobs])
-        most = np.array([now.values[k.key] >= k.high for k in now.knobs])
-        return bounded_step(H, g, least, most), H
-
-    def line_search(self, now: Fit, step: Array, promised: float) -> Fit | None:
-        """The first of ever shorter steps that is better, if any is.
-
-        One that gains more than was promised is lengthened as long as that gains: rows
-        at which a limit or a tick comes a moment sooner make the way look stiffer than
-        it is.
-        """
-        for share in SHORTER:
-            new = self.stepped(now, share * step)
-            if new is not None and new.score > now.score:
-                break
-        else:
-            return None
-        while share >= 1 and new.score - now.score > LONGER * share * promised:
-            share *= 2
-            farther = self.stepped(now, share * step)
-            if farther is None or farther.score <= new.score:
-                break
-            new = farther
-        return new
-
-    def stepped(self, now: Fit, step: Array) -> Fit | None:
-        """Return a fit after a step; None where no vehicle has such figures."""
-        return self.attempt(self.moved(now, step), now.knobs, now.noise)
-
-    @staticmethod
-    def moved(now: Fit, step: Array) -> dict[str, float]:
-        """Return a fit's figures after a step, within their bounds."""
-        trial = dict(now.values)
-        for k, s in zip(now.knobs, step, strict=True):
-            trial[k.key] = k.moved(trial[k.key], float(s))
-        return trial

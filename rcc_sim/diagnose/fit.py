@@ -1,4 +1,4 @@
-"""What a fit found, how residuals change with its figures, and how it steps."""
+"""What a fit found, and how residuals change with its figures."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from rcc_sim.diagnose.knobs import Knob
 from rcc_sim.diagnose.noise import Whitener
 
 Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -79,28 +78,3 @@ class Tangent:
         return Tangent(
             self.signals + other.signals, np.hstack([self.white, other.white])
         )
-
-
-def bounded_step(H: Array, g: Array, least: Mask, most: Mask) -> Array:
-    """Newton step -H⁻¹ g of figures of which some stand at their bounds.
-
-    One that the step would take out stays there, and the others go where they do best
-    without it: cut off afterwards, it would leave them half-way.
-
-    Parameters
-    ----------
-    H, g : ndarray, shapes (k, k) and (k,)
-        Curvature and slope of what is to become least.
-    least, most : ndarray of bool, shape (k,)
-        Figures at their lower and upper bounds.
-    """
-    unit = 1 / np.sqrt(np.diag(H) + 1e-300)
-    scaled = H * np.outer(unit, unit) + 1e-9 * np.eye(len(H))
-    free = np.ones(len(H), dtype=bool)
-    while True:
-        step = np.zeros(len(H))
-        step[free] = -np.linalg.solve(scaled[np.ix_(free, free)], (g * unit)[free])
-        held = (least & (step < 0)) | (most & (step > 0))
-        if not held.any():
-            return unit * step
-        free &= ~held

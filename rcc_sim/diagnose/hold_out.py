@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 
 from rcc_sim.analyse.gap_energy import logged_power
 from rcc_sim.definitions.figure import Z_90
+from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.cause import Cause
-from rcc_sim.diagnose.engine import SHORTER, Engine
+from rcc_sim.diagnose.descent import SHORTER
+from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import GAIN, figures_of
 from rcc_sim.diagnose.noise import FREEDOM, Whitener
@@ -89,11 +91,11 @@ def refitted(engine: Engine, fit: Fit, rows: list[Mask]) -> Fit:
     """
     part = restricted(fit.noise, engine, rows)
     along = engine.whitened(fit.signals, fit.noise)
-    step, _ = engine.step(fit, along.white, part)
+    step, _ = descent.newton_step(engine, fit, along.white, part)
     far = FARTHEST * fit.sds()
     step = np.clip(step, -far, far)
     for share in SHORTER:
-        moved = engine.stepped(fit, share * step)
+        moved = descent.stepped(engine, fit, share * step)
         if moved is not None:
             return moved
     return fit

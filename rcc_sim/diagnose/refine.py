@@ -9,8 +9,10 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
+from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.candidates import Candidate
-from rcc_sim.diagnose.engine import LEAPS, SETTLED, SHORTER, Engine
+from rcc_sim.diagnose.descent import SETTLED
+from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit, Tangent
 from rcc_sim.diagnose.knobs import Knob
 from rcc_sim.diagnose.noise import Whitener
@@ -189,38 +191,14 @@ def bent(
             continue
         search = next(s for s in r.candidate.searches if s.key == key)
         if search.acts == "rows":
-            now = engine.climbed(start, mine[0], search.grid)
+            now = descent.climbed(engine, start, mine[0], search.grid)
         else:
-            now = followed(engine, start, key)
+            now = descent.followed(engine, start, key)
         values = {key: now.values[key]}
         kept = {n: getattr(fit, n) for n in ("knobs", "signals", "information")}
         moved = Screened(r.candidate, now.score - fit.score, values)
         pairs.append((moved, replace(now, **kept)))
     return pairs
-
-
-def followed(engine: Engine, now: Fit, key: str) -> Fit:
-    """Follow one figure as far as it gains, the others giving way along curves.
-
-    At each step it is held until the others have settled: in a narrow valley that
-    bends, a step of all figures at once leads nowhere.
-    """
-    for _ in range(LEAPS):
-        along = engine.tangent(now.values, now.knobs, now.noise)
-        step, _ = engine.step(now, along.white)
-        for share in SHORTER:
-            moved = engine.moved(now, share * step)
-            others = [k for k in now.knobs if k.key != key]
-            held = engine.attempt(moved, others, now.noise)
-            if held is None:
-                continue
-            new = engine.improve(held, rounds=2)
-            if new.score > now.score + SETTLED:
-                now = replace(new, knobs=now.knobs)
-                break
-        else:
-            break
-    return now
 
 
 def likely(
@@ -324,7 +302,9 @@ def beyond_least(engine: Engine, base: Fit, found: Refined, along: Tangent) -> R
     least = engine.attempt(start, knobs, base.noise)
     if least is None:
         return found
-    least = engine.improve(least, along=along.but(gone), fixed=True, rounds=STEPS)
+    least = descent.improve(
+        engine, least, along=along.but(gone), fixed=True, rounds=STEPS
+    )
     return replace(found, beyond=found.fit.score - least.score)
 
 
@@ -335,7 +315,7 @@ def by_its_noise(
     noise = engine.learn_noise(best.fit.residuals)
     again = engine.evaluate(base.values, base.knobs, noise)
     along = engine.whitened(base.signals, noise)
-    again = engine.improve(again, along=along, fixed=True, rounds=3)
+    again = descent.improve(engine, again, along=along, fixed=True, rounds=3)
 
     def one(r: Refined) -> Refined:
         start = replace(r.fit, knobs=base.knobs, signals=base.signals)
@@ -345,7 +325,7 @@ def by_its_noise(
         fit = with_effect(engine, start, r.screened, noise, along, enough) or r.fit
         if r is best and fit.score < holds:
             # its signals have bent on the way: find them anew
-            fit = engine.improve(fit, rounds=ANEW)
+            fit = descent.improve(engine, fit, rounds=ANEW)
         after = fit.score - again.score - handicap(r.screened, fit)
         even = steady(engine.gains(again, fit))
         eased = fit.prior - again.prior
@@ -393,7 +373,7 @@ def with_effect(
     for _ in range(STEPS):
         mine = [k for k in now.knobs if k.key in keys]
         own = engine.tangent(now.values, mine, noise)
-        new = engine.improve(now, along=kept + own, fixed=True, rounds=1)
+        new = descent.improve(engine, now, along=kept + own, fixed=True, rounds=1)
         gain = new.score - now.score
         now = new
         if now.score >= enough:
@@ -403,7 +383,7 @@ def with_effect(
                 return now
             break
     # so far off that the base's own signals have bent, or grown by a factor
-    return engine.improve(now, rounds=ANEW)
+    return descent.improve(engine, now, rounds=ANEW)
 
 
 def effect_knobs(screened: Screened) -> list[Knob]:

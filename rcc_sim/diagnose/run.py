@@ -15,6 +15,7 @@ from rcc_sim.analyse.gap_report import where
 from rcc_sim.analyse.logged import Logged
 from rcc_sim.definitions.figure import Z_90, Figure
 from rcc_sim.definitions.vehicle import Vehicle
+from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.candidates import candidates_for, size_of
 from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.compete import Explanation, compete
@@ -346,4 +347,4 @@ def _only(
     kept += [k for k in found.null.knobs if k.key not in keys]
     known = found.null.values | fit.values if causes else found.null.values
     start = {k.key: known.get(k.key, k.value) for k in kept}
-    return acting.fit(start, kept), acting
+    return descent.fit(acting, start, kept), acting

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.candidates import Candidate
 from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.engine import Engine
@@ -52,5 +53,5 @@ def with_all_figures(
     free = [*(k for k in fit.knobs if k.key not in knobs), *knobs.values()]
     neutral = {k.key: k.value for k in knobs.values()}
     starts = (neutral | fit.values, fit.values | even)
-    tried = engine.each(lambda start: engine.fit(start, free), starts)
+    tried = engine.each(lambda start: descent.fit(engine, start, free), starts)
     return out, max(tried, key=lambda f: f.score)

@@ -28,6 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.definitions.figure import Z_90
+from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.candidates import Candidate
 from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.engine import MEMORY, Engine
@@ -148,7 +149,7 @@ def settled(
             keys = tuple(best.screened.values)
             gain = causes[i].gain - best.behind
             causes[i] = replace(cause, effect=best.effect, keys=keys, gain=gain)
-            fit = engine.fit(best.fit.values, best.fit.knobs)
+            fit = descent.fit(engine, best.fit.values, best.fit.knobs)
             mine = in_place(engine, fit, causes[i], causes, candidates)
         found[causes[i].effect] = mine
     return Settled(fit, with_ties(causes, found), found)
@@ -254,7 +255,7 @@ def against(engine: Engine, fit: Fit, screened: Screened, other: Fit) -> Rival:
     far = apart(engine, fit, other)
     behind = fit.score - other.score
     if far < min(behind, Z_90 * scatter(engine, fit, other)) - 1:
-        on = engine.improve(other, rounds=ROUNDS)
+        on = descent.improve(engine, other, rounds=ROUNDS)
         if on.score > other.score:
             other, behind = on, fit.score - on.score
             far = apart(engine, fit, other)

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.cause import ENOUGH, Cause
 from rcc_sim.diagnose.engine import MEMORY, Engine
 from rcc_sim.diagnose.fit import Fit
@@ -151,7 +152,7 @@ def with_profile(engine: Engine, fit: Fit, cause: Cause) -> tuple[Engine, Fit, C
             problems[i] = acted_on(problems[i], more)
             profiles[i] = profiles[i].plus(more) if i in profiles else more
         engine = Engine(problems)
-        fit = engine.fit(fit.values, fit.knobs)
+        fit = descent.fit(engine, fit.values, fit.knobs)
         found = more_of(engine, fit, key, along, profiles)
     return engine, fit, replace(cause, profiles=profiles)
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.knobs import nuisance_knobs
 from rcc_sim.diagnose.posed import problem_of
@@ -42,7 +43,7 @@ def driven(event):
 def test_a_brake_that_sticks_is_told_by_what_it_follows(event, follows):
     problem, acts = driven(event)
     engine = Engine([problem])
-    left = remainder(engine, engine.fit({}, nuisance_knobs([problem])))
+    left = remainder(engine, descent.fit(engine, {}, nuisance_knobs([problem])))
     assert left.is_real
     assert (left.acts_as, left.follows) == ("drag", follows)
     told = np.zeros(len(acts), dtype=bool)

@@ -6,6 +6,7 @@ import pytest
 from rcc_sim.analyse.logged import open_log
 from rcc_sim.blind.make import make
 from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.knobs import nuisance_knobs
 from rcc_sim.diagnose.posed import problem_of
@@ -27,10 +28,10 @@ def test_drives_without_a_cause_ask_for_a_share_of_the_drag_of_bends(tmp_path):
     for problem in problems_of(tmp_path / "ev", "ev", 3):
         engine = Engine([problem])
         knobs = nuisance_knobs([problem])
-        with_bends = engine.fit({}, knobs)
+        with_bends = descent.fit(engine, {}, knobs)
         share = with_bends.values["bias.0.bend"]
         assert -0.2 < share < 1.2
-        without = engine.fit({}, [k for k in knobs if "bend" not in k.key])
+        without = descent.fit(engine, {}, [k for k in knobs if "bend" not in k.key])
         gained += with_bends.score - without.score
     assert gained > 10
 

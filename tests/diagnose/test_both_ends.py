@@ -7,7 +7,9 @@ import pytest
 
 from rcc_sim.definitions.cycle import Cycle, parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.engine import SETTLED, Engine
+from rcc_sim.diagnose import descent
+from rcc_sim.diagnose.descent import SETTLED
+from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.knobs import NEARBY, Knob, acts_of, nuisance_knobs
 from rcc_sim.diagnose.posed import problem_of
 from rcc_sim.diagnose.problem import Problem
@@ -55,10 +57,10 @@ def test_a_fit_ends_as_high_from_afar_as_from_the_truth(key, true, start):
     knobs = nuisance_knobs(engine.problems)
     step = 0.02 * (abs(true - 1) if key.endswith("scale") else true)
     sought = Knob(key, start, inf, -1.0, 3.0, step, acts_of(load_vehicle("rcc"), key))
-    near = engine.fit({key: true}, [*knobs, sought])
-    null = engine.fit({}, knobs)
-    afar = engine.fit(null.values | {key: start}, [*null.knobs, sought])
-    ends = [engine.fit(f.values, f.knobs, near.noise) for f in (near, afar)]
+    near = descent.fit(engine, {key: true}, [*knobs, sought])
+    null = descent.fit(engine, {}, knobs)
+    afar = descent.fit(engine, null.values | {key: start}, [*null.knobs, sought])
+    ends = [descent.fit(engine, f.values, f.knobs, near.noise) for f in (near, afar)]
     near, afar = (engine.evaluate(f.values, f.knobs, near.noise) for f in ends)
     assert afar.score > near.score - 2 * SETTLED
     assert abs(afar.values[key] - true) < 3 * ends[0].sd(key)

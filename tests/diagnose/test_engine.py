@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
+from rcc_sim.diagnose import descent
+from rcc_sim.diagnose.descent import bounded_step
 from rcc_sim.diagnose.engine import Engine
-from rcc_sim.diagnose.fit import bounded_step
 from rcc_sim.diagnose.hold_out import refitted
 from rcc_sim.diagnose.knobs import Knob
 from rcc_sim.diagnose.noise import CURVATURE, FREEDOM, curvature, log_density, weights
@@ -72,12 +73,14 @@ def test_a_way_that_looks_stiffer_than_it_is_is_gone_at_a_stretch(kinks):
     engine = bumpy(kinks)
     start = engine.evaluate({"x": 0.0}, [Knob("x", 0.0)])
     start = engine.evaluate({"x": 0.0}, [Knob("x", 0.0)], start.noise)
-    assert engine.improve(start, rounds=3).values["x"] == pytest.approx(2.0, abs=0.05)
+    assert descent.improve(engine, start, rounds=3).values["x"] == pytest.approx(
+        2.0, abs=0.05
+    )
 
 
 def test_half_a_log_asks_for_no_figures_that_no_vehicle_has():
     engine = bumpy(0.0)
-    fit = engine.fit({"x": 1.0}, [Knob("x", 1.0)])
+    fit = descent.fit(engine, {"x": 1.0}, [Knob("x", 1.0)])
     half = [np.arange(400) % 2 == 0]
     asked = refitted(engine, fit, half).values["x"]
     middle, plain = fit.values["x"], engine.evaluate

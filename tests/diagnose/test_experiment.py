@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.bench import Bench
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.experiment import best_of
@@ -19,7 +20,9 @@ ROTOR = "effects.rotor_inertia.inertia_kgm2"
 
 def fitted(engine, key, value):
     knobs = [k for k in nuisance_knobs(engine.problems) if k.key != key]
-    return engine.fit({key: value}, [*knobs, Knob(key, value, step=0.02 * abs(value))])
+    return descent.fit(
+        engine, {key: value}, [*knobs, Knob(key, value, step=0.02 * abs(value))]
+    )
 
 
 @pytest.fixture(scope="module")

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.knobs import nuisance_knobs
 from rcc_sim.diagnose.posed import problem_of
@@ -27,7 +28,7 @@ def drive(seconds, slope_of):
 
 def cause_of(problem):
     engine = Engine([problem])
-    fit = engine.fit({}, nuisance_knobs([problem]))
+    fit = descent.fit(engine, {}, nuisance_knobs([problem]))
     return profile_cause(engine, fit, {"road_grade"})
 
 

@@ -5,6 +5,7 @@ import pytest
 
 from rcc_sim.definitions.cycle import Cycle
 from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.knobs import nuisance_knobs
 from rcc_sim.diagnose.posed import problem_of
@@ -58,7 +59,7 @@ def test_a_motion_that_is_imposed_is_not_drawn_at_all():
 def test_no_figure_gains_by_smoothing_what_a_noisy_speed_brings_in(noise):
     engine = Engine([problem(noise, car({**LOSSES, "motor_lag": LAG}))])
     knobs = nuisance_knobs(engine.problems)
-    fit = engine.fit({}, knobs)
+    fit = descent.fit(engine, {}, knobs)
     truth = engine.evaluate({k.key: k.value for k in knobs}, knobs, fit.noise)
     free = len(knobs) / 2  # nats that so many figures gain by chance
     assert fit.loglik - truth.loglik < 3 * free

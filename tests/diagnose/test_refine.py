@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.candidates import Candidate, Search
 from rcc_sim.diagnose.engine import THREAD, Engine
 from rcc_sim.diagnose.fit import Fit
@@ -38,7 +39,7 @@ def engine():
 
 
 def test_a_figure_far_off_gives_way_to_the_effect_that_multiplies_it(engine):
-    null = engine.fit({}, [STATED])
+    null = descent.fit(engine, {}, [STATED])
     assert null.values["stated"] == pytest.approx(1.5, abs=0.01)  # ten sds, 50 nats
     best = refine(engine, null, screened(engine, null, [FACTOR]))[0]
     assert best.fit.values["factor"] == pytest.approx(
@@ -49,7 +50,7 @@ def test_a_figure_far_off_gives_way_to_the_effect_that_multiplies_it(engine):
 
 
 def test_a_threshold_that_only_the_screen_promises_hides_no_effect(engine):
-    null = engine.fit({}, [STATED])
+    null = descent.fit(engine, {}, [STATED])
     ((real, start), *_) = screened(engine, null, [FACTOR])
     idle = Candidate("idle", (Search("idle", 0.0, 0.0, 5.0, 1.0),))  # acts on nothing
     loud = replace(real, candidate=idle, values={"idle": 1.0}, gain=100 * real.gain)
@@ -63,7 +64,7 @@ def test_a_threshold_that_only_the_screen_promises_hides_no_effect(engine):
 def test_a_twin_that_is_refined_no_further_is_known_as_well_as_the_best(engine):
     """It may be named in place of the best: what it changes must be known."""
     twin = Candidate("twin", (Search("factor", 1.0, 0.1, 5.0, 1.1, acts="factor"),))
-    null = engine.fit({}, [STATED])
+    null = descent.fit(engine, {}, [STATED])
     both = refine(engine, null, screened(engine, null, [FACTOR, twin]))
     assert len(both) == 2
     for one in both:
@@ -73,7 +74,7 @@ def test_a_twin_that_is_refined_no_further_is_known_as_well_as_the_best(engine):
 
 def test_a_gain_too_small_by_one_noise_is_not_asked_for_the_other(engine):
     """Noise of the best is learnt for what may be named alone."""
-    null = engine.fit({}, [STATED])
+    null = descent.fit(engine, {}, [STATED])
     learnt = []
     learn = engine.learn_noise
     engine.learn_noise = lambda left: learnt.append(left) or learn(left)
@@ -85,18 +86,18 @@ def test_a_gain_too_small_by_one_noise_is_not_asked_for_the_other(engine):
 
 
 def test_nothing_is_followed_where_the_figures_are_as_stated(engine):
-    null = engine.fit({}, [Knob("stated", 1.5, 0.05)])
+    null = descent.fit(engine, {}, [Knob("stated", 1.5, 0.05)])
     assert max(r.gain for r, _ in screened(engine, null, [FACTOR])) < 3
 
 
 def test_an_effects_own_figure_that_was_pulled_far_is_the_effect(engine):
     """No strength of its grid comes as near as where the tolerance went."""
-    null = engine.fit({}, [STATED])
+    null = descent.fit(engine, {}, [STATED])
     grid = Candidate("own", (Search("stated", 1.0, 0.1, 5.0, 1.2, grid=(1.2, 1.9)),))
     best = refine(engine, null, screened(engine, null, [grid]))[0]
     assert best.fit.values["stated"] == pytest.approx(1.5, abs=0.01)
     assert best.gain == pytest.approx(-null.prior, rel=0.05)
-    near = engine.fit({}, [Knob("stated", 1.5, 0.05)])
+    near = descent.fit(engine, {}, [Knob("stated", 1.5, 0.05)])
     assert max(r.gain for r, _ in screened(engine, near, [grid])) <= 0
 
 

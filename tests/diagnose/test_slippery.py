@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.knobs import nuisance_knobs
 from rcc_sim.diagnose.posed import problem_of
@@ -34,7 +35,7 @@ def left_of(grip):
     }
     problem = problem_of(Trace(given | noisy), CAR)
     engine = Engine([problem])
-    return remainder(engine, engine.fit({}, nuisance_knobs([problem])))
+    return remainder(engine, descent.fit(engine, {}, nuisance_knobs([problem])))
 
 
 @pytest.mark.slow

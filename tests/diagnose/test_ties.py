@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.candidates import candidates_for
 from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.engine import Engine
@@ -60,7 +61,7 @@ def rolling():
     engine = Engine([problem])
     able = candidates_for([problem])
     knobs = [*nuisance_knobs([problem]), Knob(KEY, 0.02, low=0.0, step=4e-4)]
-    return engine, engine.fit({KEY: 0.02}, knobs), able
+    return engine, descent.fit(engine, {KEY: 0.02}, knobs), able
 
 
 def test_two_constant_drags_on_a_level_road_are_tied_and_air_is_not(rolling):
@@ -81,7 +82,7 @@ def test_a_cause_in_the_wrong_place_gives_way_to_the_one_that_does_better(rollin
         Knob(key, 0.05, low=0.0, step=1e-3)
     ]
     values = {k: x for k, x in fit.values.items() if k != KEY}
-    wrong = engine.fit(values | {key: 0.05}, knobs)
+    wrong = descent.fit(engine, values | {key: 0.05}, knobs)
     cause = Cause("aerodynamic_drag", (key,), 50.0, 0.0)
     some = [c for c in able if c.effect in DRAG]
     now = settled(engine, wrong, [cause], some)

@@ -5,6 +5,7 @@ import pytest
 from scipy.stats import t as student
 
 from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.candidates import Search, candidates_for
 from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.engine import Engine
@@ -43,7 +44,7 @@ def driven():
 
 def fitted(engine, key, value, step):
     knobs = [*nuisance_knobs(engine.problems), Knob(key, value, low=0.0, step=step)]
-    return engine.fit({key: value}, knobs)
+    return descent.fit(engine, {key: value}, knobs)
 
 
 def test_a_dead_zone_under_one_throttle_is_a_loss_of_the_gears(driven):

@@ -1,0 +1,277 @@
+"""Descends to the likeliest figures: maximum a posteriori, by Newton's steps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from math import isfinite
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rcc_sim.diagnose.engine import Engine
+from rcc_sim.diagnose.fit import Fit, Tangent
+from rcc_sim.diagnose.knobs import Knob
+from rcc_sim.diagnose.noise import Whitener, curvature, weights
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+PATIENT, ROUNDS = 6, 18
+"""Rounds from which on a fit goes on only while each settles something, and most of
+them: where mass and a rotor's inertia trade, a valley bends at every step."""
+
+LEARNT = 3
+"""Times that the noise is learnt anew at most, from what a better fit leaves."""
+
+LEAPS, SETTLED = 4, 0.5
+"""Steps along which a figure is followed at most, and nats below which no more."""
+
+MUCH = 0.5
+"""Share of what a step promised below which its signals are found anew; and of a finite
+difference's step, below which they were found over too wide a one."""
+
+SHORTER = (1.0, 0.4, 0.1)
+"""Shares of a step that are tried in turn."""
+
+LONGER = 1.25
+"""Times what a step promised that it must gain for twice the step to be tried."""
+
+OVER = (-2.0, -1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0)
+"""Standard deviations from what is stated at which a threshold is tried: each step that
+a reference takes past it parts two hollows, and no slope leads from one to the next."""
+
+AHEAD = (1, 2)
+"""Rows by which a delay is moved at a time."""
+
+LITTLE = 0.05
+"""Nats that a step must promise to be tried, and gain for another."""
+
+
+def fit(
+    engine: Engine,
+    start: dict[str, float],
+    knobs: Sequence[Knob],
+    noise: list[Whitener] | None = None,
+) -> Fit:
+    """Maximum a posteriori under the noise that it leaves.
+
+    What is missing yet counts as noise, and hides itself: the noise is learnt anew
+    as long as that leads on.
+    """
+    now = engine.evaluate({**{k.key: k.value for k in knobs}, **start}, knobs, noise)
+    now = replace(now, signals=engine.signals(now.values, now.knobs))
+    for turn in range(LEARNT):
+        before = now.score
+        now = improved(engine, now, 2 if noise is None and not turn else ROUNDS)
+        gain = now.score - before
+        learnt = engine.learn_noise(now.residuals)
+        loglik = engine.loglik(now.residuals, learnt)
+        now = replace(now, noise=learnt, loglik=loglik)
+        if turn and gain < SETTLED:
+            break
+    return now
+
+
+def improved(engine: Engine, now: Fit, rounds: int) -> Fit:
+    """Return a better fit under the same noise, thresholds in the best hollow."""
+    along = engine.whitened(now.signals, now.noise)
+    now = improve(engine, now, along=along, rounds=rounds)
+    leapt = leap(engine, now)
+    return now if leapt is now else improve(engine, leapt, rounds=rounds)
+
+
+def improve(
+    engine: Engine,
+    now: Fit,
+    *,
+    along: Tangent | None = None,
+    fixed: bool = False,
+    rounds: int,
+) -> Fit:
+    """Return a better fit under the same noise, after some rounds at most.
+
+    Signals may be given that were found nearby. They are found anew, unless they
+    are ``fixed``, once a step along them gains less than it should.
+    """
+    tangent, old = along, along is not None
+    for turn in range(rounds):
+        if tangent is None:
+            tangent, old = engine.tangent(now.values, now.knobs, now.noise), False
+        step, H = newton_step(engine, now, tangent.white)
+        knobs = finer(now.knobs, H)
+        old |= any(
+            k.stride < MUCH * was.stride
+            for k, was in zip(knobs, now.knobs, strict=True)
+        )
+        now = replace(now, knobs=knobs, information=H, signals=tangent.signals)
+        promised = 0.5 * float(step @ H @ step)
+        new = line_search(engine, now, step, promised) if promised > LITTLE else None
+        gain = new.score - now.score if new else 0.0
+        if new:
+            now = replace(new, information=H, signals=tangent.signals)
+        settled = gain < (LITTLE if turn < PATIENT else SETTLED)
+        if settled and (fixed or not old):
+            break
+        if not fixed and (old or gain < MUCH * promised):
+            tangent = None
+        old = True
+    return now
+
+
+def newton_step(
+    engine: Engine, now: Fit, A: Array, rows: Mask | None = None
+) -> tuple[Array, Array]:
+    """Newton step along whitened signals, and the information behind it.
+
+    The noise follows a t-distribution: a step of least squares with its weights
+    would fall short by a fifth.
+    """
+    w = engine.white(now.residuals, now.noise)
+    if rows is not None:
+        w, A = w[rows], A[rows]
+    W = weights(w)
+    sd = np.array([k.sd for k in now.knobs])
+    H = curvature(W) * (A.T * W) @ A + np.diag(1 / sd**2)
+    off = np.array([(now.values[k.key] - k.value) / k.sd**2 for k in now.knobs])
+    g = A.T @ (W * w) + off
+    least = np.array([now.values[k.key] <= k.low for k in now.knobs])
+    most = np.array([now.values[k.key] >= k.high for k in now.knobs])
+    return bounded_step(H, g, least, most), H
+
+
+def bounded_step(H: Array, g: Array, least: Mask, most: Mask) -> Array:
+    """Newton step -H⁻¹ g of figures of which some stand at their bounds.
+
+    One that the step would take out stays there, and the others go where they do best
+    without it: cut off afterwards, it would leave them half-way.
+
+    Parameters
+    ----------
+    H, g : ndarray, shapes (k, k) and (k,)
+        Curvature and slope of what is to become least.
+    least, most : ndarray of bool, shape (k,)
+        Figures at their lower and upper bounds.
+    """
+    unit = 1 / np.sqrt(np.diag(H) + 1e-300)
+    scaled = H * np.outer(unit, unit) + 1e-9 * np.eye(len(H))
+    free = np.ones(len(H), dtype=bool)
+    while True:
+        step = np.zeros(len(H))
+        step[free] = -np.linalg.solve(scaled[np.ix_(free, free)], (g * unit)[free])
+        held = (least & (step < 0)) | (most & (step > 0))
+        if not held.any():
+            return unit * step
+        free &= ~held
+
+
+def line_search(engine: Engine, now: Fit, step: Array, promised: float) -> Fit | None:
+    """The first of ever shorter steps that is better, if any is.
+
+    One that gains more than was promised is lengthened as long as that gains: rows
+    at which a limit or a tick comes a moment sooner make the way look stiffer than
+    it is.
+    """
+    for share in SHORTER:
+        new = stepped(engine, now, share * step)
+        if new is not None and new.score > now.score:
+            break
+    else:
+        return None
+    while share >= 1 and new.score - now.score > LONGER * share * promised:
+        share *= 2
+        farther = stepped(engine, now, share * step)
+        if farther is None or farther.score <= new.score:
+            break
+        new = farther
+    return new
+
+
+def stepped(engine: Engine, now: Fit, step: Array) -> Fit | None:
+    """Return a fit after a step; None where no vehicle has such figures."""
+    return engine.attempt(figures_after(now, step), now.knobs, now.noise)
+
+
+def figures_after(now: Fit, step: Array) -> dict[str, float]:
+    """Return a fit's figures after a step, within their bounds."""
+    trial = dict(now.values)
+    for k, s in zip(now.knobs, step, strict=True):
+        trial[k.key] = k.moved(trial[k.key], float(s))
+    return trial
+
+
+def finer(knobs: Sequence[Knob], H: Array) -> tuple[Knob, ...]:
+    """Return knobs with steps as fine as what the information tells of each."""
+    sds = 1 / np.sqrt(np.diag(H) + 1e-300)
+    return tuple(k.finer(sd) for k, sd in zip(knobs, sds, strict=True))
+
+
+def leap(engine: Engine, now: Fit) -> Fit:
+    """Return a better fit in another hollow of thresholds or delays, if any is."""
+    for k in now.knobs:
+        if k.acts == "rows" and not isfinite(k.sd):
+            there = climbed(engine, now, k)
+            now = there if there.score > now.score + SETTLED else now
+    tried = [
+        now.values | {k.key: k.within(k.value + n * k.sd)}
+        for k in now.knobs
+        if k.is_stepped and isfinite(k.sd)
+        for n in OVER
+    ]
+    fits = engine.each(lambda x: engine.attempt(x, now.knobs, now.noise), tried)
+    best = max(filter(None, fits), key=lambda f: f.score, default=now)
+    if best.score <= now.score + SETTLED:
+        return now
+    return replace(best, information=now.information, signals=now.signals)
+
+
+def climbed(engine: Engine, now: Fit, knob: Knob, tried: Iterable[float] = ()) -> Fit:
+    """Move a delay by whole rows as far as it gains, the others giving way.
+
+    From the best of what is ``tried``. Within a row it makes readings smoother,
+    which pleases a fit as well: each row has a hollow of its own, out of which no
+    slope leads, and one may be deeper than the next.
+    """
+    others = [k for k in now.knobs if k.key != knob.key]
+
+    def held(x: float) -> Fit | None:
+        start = engine.attempt(now.values | {knob.key: x}, others, now.noise)
+        return start and replace(improve(engine, start, rounds=2), knobs=now.knobs)
+
+    def best_of(xs: Iterable[float], *fits: Fit) -> Fit:
+        near = [x for x in xs if x == knob.within(x)]
+        found = [*fits, *filter(None, engine.each(held, near))]
+        return max(found, key=lambda f: f.score, default=now)
+
+    best = best_of({now.values[knob.key], *tried})
+    row = engine.problems[0].row
+    for way in (row, -row):
+        before = None
+        while best is not before:
+            before, x = best, best.values[knob.key]
+            best = best_of([x + n * way for n in AHEAD], best)
+    return replace(best, information=now.information, signals=now.signals)
+
+
+def followed(engine: Engine, now: Fit, key: str) -> Fit:
+    """Follow one figure as far as it gains, the others giving way along curves.
+
+    At each step it is held until the others have settled: in a narrow valley that
+    bends, a step of all figures at once leads nowhere.
+    """
+    for _ in range(LEAPS):
+        along = engine.tangent(now.values, now.knobs, now.noise)
+        step, _ = newton_step(engine, now, along.white)
+        for share in SHORTER:
+            moved = figures_after(now, share * step)
+            others = [k for k in now.knobs if k.key != key]
+            held = engine.attempt(moved, others, now.noise)
+            if held is None:
+                continue
+            new = improve(engine, held, rounds=2)
+            if new.score > now.score + SETTLED:
+                now = replace(new, knobs=now.knobs)
+                break
+        else:
+            break
+    return now
