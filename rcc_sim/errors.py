@@ -32,7 +32,9 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
     from difflib import get_close_matches
 
     names = list(known)
-    close = get_close_matches(name, names, n=1, cutoff=0.6)
+    longer = [known for known in names if known.startswith(f"{name}_")]
+    near = get_close_matches(name, names, n=1, cutoff=0.6)
+    close = longer if len(longer) == 1 else near
     return f"did you mean `{close[0]}`?" if close else f"there are {', '.join(names)}"
 
 

@@ -142,7 +142,7 @@ class Sensor(Table):
     bias_sd: NotNegative | None = None
     scale_sd: NotNegative | None = None
     resolution: NotNegative | None = None
-    latency_s: NotNegative | None = None
+    latency_s: Annotated[Figure, _within(0.0, 2.0, zero=True)] | None = None
 
 
 ADVICE = {
@@ -161,6 +161,12 @@ ADVICE = {
     "controller.mode": 'one of "speed", "torque", "throttle"',
     "controller.force_scale": "what force_n is multiplied by; its sd is what a charge "
     "that is not logged does",
+    "sensors.noise_sd": "noise of a reading",
+    "sensors.bias_sd": "sd of an offset that stays over a drive",
+    "sensors.resolution": "step between two readings; counts as noise where noise_sd "
+    "is stated",
+    "sensors.latency_s": "how late it reads, one for all columns of a sensor; the same "
+    "as that sensor's figure of effects.sensor_delay, which counts where both stand",
     "sensors.scale_sd": "share by which it may read too much or too little; for now of "
     "motor_torque_nm alone, 0.03 where none is stated",
     "vehicle.name": "letters, digits, _ . and - only",

@@ -19,6 +19,7 @@ from rcc_sim.definitions.checks import (
 )
 from rcc_sim.definitions.figure import Figure
 from rcc_sim.definitions.own_effects import OwnEffect, own_effects
+from rcc_sim.definitions.sensors import checked_sensors, delays_of
 from rcc_sim.definitions.tables import (
     ADVICE,
     Battery,
@@ -34,7 +35,7 @@ from rcc_sim.definitions.tables import (
 from rcc_sim.definitions.vehicle_file import resolved
 from rcc_sim.errors import InputError
 from rcc_sim.physics.effect import Effect
-from rcc_sim.physics.effects import EFFECTS
+from rcc_sim.physics.effects import EFFECTS, sensor_delay
 
 TABLES: dict[str, type[Table]] = {
     "vehicle": Heading,
@@ -46,6 +47,7 @@ TABLES: dict[str, type[Table]] = {
     "controller": Controller,
 }
 ALWAYS = ("vehicle", "body", "tyres", "drivetrain")
+DELAYS = sensor_delay.EFFECT.id
 
 
 @dataclass(frozen=True)
@@ -185,7 +187,10 @@ class Vehicle:
             stated["files"] = [*stated.get("files", []), *map(os.path.abspath, files)]
         for name in without:
             known_effect(name, self.where, self.known)
-            if raw.get("effects", {}).pop(name, None) is None:
+            raw["effects"].pop(name, None)
+            if name == DELAYS:
+                raw["sensors"] = _without_latencies(raw.get("sensors", {}))
+            if name not in self.effects:
                 raise InputError(
                     f"{self.where}: effects.{name}: the vehicle does not have it",
                     f"it has {', '.join(self.effects) or 'none'}",
@@ -249,13 +254,12 @@ def build(
         if name in raw or name in ("motor", "battery")
     }
     parts.setdefault("controller", None)
-    sensors = {
-        column: checked(Sensor, table, where, f"sensors.{column}")
-        for column, table in raw.get("sensors", {}).items()
-    }
+    sensors = checked_sensors(raw.get("sensors", {}), where)
     check_sizes(parts["body"], parts["tyres"], where)
     own, stated = own_effects(raw.get("effects", {}), where, path)
     effects = checked_effects(stated, where, own)
+    if delays := delays_of(sensors, where):
+        effects[DELAYS] = {**delays, **effects.get(DELAYS, {})}
     return Vehicle(
         **parts,
         sensors=sensors,
@@ -265,6 +269,13 @@ def build(
         path=path,
         origin=origin,
     )
+
+
+def _without_latencies(sensors: dict[str, Any]) -> dict[str, Any]:
+    return {
+        column: {k: v for k, v in table.items() if k != "latency_s"}
+        for column, table in sensors.items()
+    }
 
 
 def _refuse_unknown_keys(raw: dict[str, Any], where: str) -> None:

@@ -1,0 +1,73 @@
+"""What a vehicle's file states of its sensors, column by column."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rcc_sim.definitions.checks import checked, unknown_key
+from rcc_sim.definitions.figure import Figure
+from rcc_sim.definitions.tables import Sensor
+from rcc_sim.errors import InputError
+from rcc_sim.physics.effects import sensor_delay
+
+DELAYED = {
+    column: param.name
+    for param, columns in zip(
+        sensor_delay.EFFECT.params[1:], sensor_delay.CHANNELS, strict=True
+    )
+    for column in columns
+}
+"""Column -> the figure of ``sensor_delay`` that says how late its sensor is."""
+
+POSE = ("x_m", "y_m", "yaw_rad", "elevation_m", "aux_power_w")
+"""Columns that are measured as well, and whose delay is not modelled."""
+
+SCALED = "motor_torque_nm"
+"""The column that an inverter works out, and that may read too much throughout."""
+
+
+def checked_sensors(raw: dict[str, Any], where: str) -> dict[str, Sensor]:
+    """Return the sensors of a file, or raise with the first thing wrong in them."""
+    found = {}
+    for column, table in raw.items():
+        at = f"sensors.{column}"
+        if column not in (*DELAYED, *POSE):
+            raise unknown_key(where, at, (*DELAYED, *POSE))
+        sensor = found[column] = checked(Sensor, table, where, at)
+        if sensor.scale_sd is not None and column != SCALED:
+            raise InputError(
+                f"{where}: {at}.scale_sd: is read of {SCALED} alone",
+                "a speed is off by tyres.radius_m, a current by current_sensor_scale",
+            )
+    return found
+
+
+def delays_of(sensors: dict[str, Sensor], where: str) -> dict[str, Figure]:
+    """Return what the sensors are late by, as figures of ``sensor_delay``.
+
+    Raises
+    ------
+    InputError
+        If a column's delay is not modelled, or two columns of one sensor differ.
+    """
+    found: dict[str, Figure] = {}
+    first: dict[str, str] = {}
+    for column, sensor in sensors.items():
+        latency = sensor.latency_s
+        if latency is None:
+            continue
+        at = f"{where}: sensors.{column}.latency_s"
+        if column not in DELAYED:
+            raise InputError(
+                f"{at}: the delay of this column is not modelled",
+                f"it is of {', '.join(DELAYED)}",
+            )
+        name = DELAYED[column]
+        if found.setdefault(name, latency).value != latency.value:
+            raise InputError(
+                f"{at}: {latency.value:g} s, and {found[name].value:g} s for "
+                f"{first[name]}",
+                "they come from one sensor; state its delay once",
+            )
+        first.setdefault(name, column)
+    return found
