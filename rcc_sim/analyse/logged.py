@@ -191,7 +191,8 @@ def _reversing(speed: Array, starts: Places, ends: Places) -> Mask:
 def _refuse_time(findings: Sequence[Finding], name: str) -> None:
     for finding in findings:
         if finding.channel == "time_s" and finding.severity == "error":
-            raise InputError(f"{name}: time_s: {finding.what}", finding.action)
+            at = f" ({finding.where})" if finding.where else ""
+            raise InputError(f"{name}: time_s: {finding.what}{at}", finding.action)
 
 
 def _refuse(log: Trace, unusable: Sequence[str]) -> None:

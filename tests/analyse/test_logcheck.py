@@ -188,6 +188,24 @@ def test_a_clock_that_wraps_at_midnight_is_called_that():
     log = with_fault(logged(*SEDAN), "time_s", lambda t: (t + 86_000) % 86_400)
     (finding,) = found(check_log(log), "backwards", "time_s")
     assert "midnight" in finding.what
+    assert "add a day" in finding.action
+
+
+def test_a_clock_that_starts_anew_tells_where_to_cut():
+    log = with_fault(
+        logged(*CAR), "time_s", lambda t: np.where(t < t[900], t, t - t[900])
+    )
+    (finding,) = found(check_log(log), "backwards", "time_s")
+    assert finding.severity == "error"
+    assert finding.where == "row 901"
+    assert "each drive in a file of its own" in finding.action
+
+
+def test_rows_in_no_order_are_to_be_put_in_order():
+    order = np.random.default_rng(1).permutation(len(logged(*CAR)))
+    log = with_fault(logged(*CAR), "time_s", lambda t: t[order])
+    (finding,) = found(check_log(log), "backwards", "time_s")
+    assert "in the order in which they were measured" in finding.action
 
 
 @settings(max_examples=30, deadline=None)

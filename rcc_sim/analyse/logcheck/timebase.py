@@ -31,6 +31,9 @@ EPOCH = (5e8, 5e9)  # s since 1970: 1985 to 2128
 LOST = 0.05
 """Share of rows that may be lost before it is worth a warning."""
 
+MANY_DRIVES = 5
+"""Times that a clock may start anew for its rows to be told one by one."""
+
 
 class TimeBase(NamedTuple):
     """What the time column holds."""
@@ -92,25 +95,34 @@ def _order(time: Array) -> tuple[Mask, list[Finding]]:
         rows = np.flatnonzero(keep)
     steps = np.diff(time[rows])
     if (steps < 0).any():
-        back = int((steps < 0).sum())
         rising = rows[_longest_rise(time[rows])]
         out = np.setdiff1d(rows, rising, assume_unique=True)
         keep[out] = False
-        far = float(-steps.min())
-        what = (
-            f"goes backwards {back} times, by up to {far:.4g} s; {len(out)} rows "
-            "do not fit an increasing time"
-        )
-        if 8.5e4 < far * _scale(steps) < 8.65e4:
-            what += " (a clock that wraps at midnight?)"
-        lost = len(out) > LOST * len(time)
-        found = _dropped("backwards", what, time, out)
-        findings.append(
-            Finding(
-                **{**found.__dict__, "severity": "error" if lost else "warning"},
-            )
-        )
+        findings.append(_backwards(time, rows, out))
     return keep, findings
+
+
+def _backwards(time: Array, rows: NDArray[np.intp], out: NDArray[np.intp]) -> Finding:
+    """Return the finding of a time that falls; out: the rows that fit no rise."""
+    steps = np.diff(time[rows])
+    anew = rows[1:][steps < 0]
+    far = float(-steps.min())
+    often = "once" if len(anew) == 1 else f"{len(anew)} times"
+    what = f"goes backwards {often}, by up to {far:.4g} s"
+    wraps = 8.5e4 < far * _scale(steps) < 8.65e4
+    if wraps:
+        what += " (a clock that wraps at midnight?)"
+    if len(out) <= LOST * len(time):
+        what += f"; {len(out)} rows do not fit an increasing time"
+        return _dropped("backwards", what, time, out)
+    if wraps:
+        action = "not used; add a day to the stamps from there on"
+    elif len(anew) <= MANY_DRIVES:
+        action = "not used; cut the file there: each drive in a file of its own"
+    else:
+        action = "not used; put the rows in the order in which they were measured"
+    place = f"row {', '.join(str(row + 1) for row in anew[:MANY_DRIVES])}"
+    return Finding("backwards", "time_s", what, place, action=action, severity="error")
 
 
 def _is_slow(trace: Trace, step: float) -> bool:
