@@ -134,13 +134,14 @@ def released(
 
     A figure that is far from what the file states is an effect that acts on it: the
     figure goes back and the effect takes its part over. One that is the effect's own,
-    as a motor's lag, stays where it is; no strength on a grid comes nearer.
+    as a motor's lag or a rolling resistance, stays where it is: no strength on a grid
+    comes nearer, and no slope tells that its tolerance is what holds it.
     """
     sought = {s.key: (c, s) for c in candidates for s in c.searches}
     knobs = {k.key: k for k in fit.knobs}
     found = []
     for key, (candidate, search) in sought.items():
-        if search.grid and key in knobs and knobs[key].sd < inf:
+        if key in knobs and knobs[key].sd < inf:
             pull = (fit.values[key] - knobs[key].value) / knobs[key].sd
             if abs(pull) > TOO_FAR:
                 one = Screened(candidate, 0.5 * pull**2, {key: fit.values[key]})
