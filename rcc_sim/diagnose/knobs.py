@@ -181,10 +181,8 @@ def bias_knobs(problem: Problem, log: int = 0) -> list[Knob]:
     for c in problem.channels:
         if c in problem.unzeroed:
             continue
-        sensor = problem.vehicle.sensors.get(c)
-        stated = sensor.bias_sd.value if sensor and sensor.bias_sd else None
-        share = ZEROED if c.startswith("battery") else SENSOR_BIAS
-        sd = share * calm_noise(problem.log[c]) if stated is None else stated
+        sd = power_bias(problem) if c == "battery_power_w" else None
+        sd = bias_sd(problem, c) if sd is None else sd
         counted = c == "speed_mps" or (c == "battery_power_w" and problem.charge)
         if not counted and sd > 0:
             knobs.append(Knob(bias_key(log, c), 0.0, sd))
@@ -195,6 +193,37 @@ def bias_knobs(problem: Problem, log: int = 0) -> list[Knob]:
         if share > 0:
             knobs.append(Knob(bias_key(log, name), 0.0, share))
     return knobs
+
+
+def bias_sd(problem: Problem, column: str) -> float:
+    """Return how far a sensor may be off throughout: as stated, or by its noise."""
+    stated = stated_bias(problem, column)
+    if stated is not None:
+        return stated
+    share = ZEROED if column.startswith("battery") else SENSOR_BIAS
+    return share * calm_noise(problem.log[column])
+
+
+def stated_bias(problem: Problem, column: str) -> float | None:
+    """Return the offset that the file allows a sensor, where it states one."""
+    sensor = problem.vehicle.sensors.get(column)
+    return sensor.bias_sd.value if sensor and sensor.bias_sd else None
+
+
+def power_bias(problem: Problem) -> float | None:
+    """Return the offset of a power that is voltage times current, where they tell. [W]
+
+    None where the file states its own offset, or that of neither of them.
+    """
+    parts = ("battery_voltage_v", "battery_current_a")
+    stated = [stated_bias(problem, c) for c in parts if c in problem.log]
+    if stated_bias(problem, "battery_power_w") is not None or len(stated) < len(parts):
+        return None
+    if not any(sd is not None for sd in stated):
+        return None
+    of_voltage, of_current = (bias_sd(problem, c) for c in parts)
+    voltage, current = (float(np.nanmean(np.abs(problem.log[c]))) for c in parts)
+    return float(np.hypot(of_current * voltage, of_voltage * current))
 
 
 def nuisance_knobs(problems: Sequence[Problem]) -> list[Knob]:

@@ -140,7 +140,7 @@ def released(
     sought = {s.key: (c, s) for c in candidates for s in c.searches}
     knobs = {k.key: k for k in fit.knobs}
     found = []
-    for key, (candidate, search) in sought.items():
+    for key, (candidate, _) in sought.items():
         if key in knobs and knobs[key].sd < inf:
             pull = (fit.values[key] - knobs[key].value) / knobs[key].sd
             if abs(pull) > TOO_FAR:

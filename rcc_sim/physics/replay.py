@@ -15,7 +15,14 @@ from rcc_sim.physics.effects.reference_sampling import held_time
 from rcc_sim.physics.effects.speed_dead_zone import commands_nothing
 from rcc_sim.physics.effects.steering_delay import delayed
 from rcc_sim.physics.params import LOGGED, SPEED
-from rcc_sim.physics.run import actuate, begin, obey_throttle, open_window, write
+from rcc_sim.physics.run import (
+    actuate,
+    begin,
+    brake_the_rest,
+    obey_throttle,
+    open_window,
+    write,
+)
 from rcc_sim.physics.step import (
     electrify,
     mapped_efficiency,
@@ -183,6 +190,8 @@ def run_replayed(
                         p, c, s, u, force, (time, throttle), late_motor, tick
                     )
                 actuate(p, c, s, u, tau, angle)
+                if p.control.mode != SPEED:
+                    brake_the_rest(c, u)
                 step(p, c, s, u, f, E, flow, T)
             if len(eta[0]) > 1:
                 eff = mapped_efficiency(p, c, u, f, flow, eta, T)

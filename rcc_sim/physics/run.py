@@ -142,6 +142,15 @@ def obey_throttle(p, c, s, u, force, throttle, late_motor, k):
 
 
 @jit
+def brake_the_rest(c, u):
+    """Hand to friction brakes what the motor may not brake of a throttle's torque."""
+    u.brake = 0.0
+    if u.tau < c.tau_min:
+        u.brake = (c.tau_min - u.tau) * c.n
+        u.tau = c.tau_min
+
+
+@jit
 def actuate(p, c, s, u, tau, steer):
     """Bring torque [N m] and steering command [rad] to the wheels, with their lags."""
     T = p.control.T_loop
@@ -203,6 +212,8 @@ def run_commanded(P, work, drive, maps, lines, rows, sinks, every, substeps):
             if p.steering_delay.delay_s > 0.0:
                 angle = delayed(late_steer, tick, p.steering_delay.delay_s, T, angle)
             actuate(p, c, s, u, tau, angle)
+            if p.control.mode == THROTTLE:
+                brake_the_rest(c, u)
             for _ in range(substeps):
                 step(p, c, s, u, f, E, flow, dt)
                 if len(eta[0]) > 1:

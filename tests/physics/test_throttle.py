@@ -45,6 +45,27 @@ def test_a_road_load_with_a_negative_part_never_pushes():
     assert np.ptp(coasts) == 0.0
 
 
+def test_friction_brakes_do_what_the_motor_may_not():
+    """-20 N in all: the motor brakes with 0.05 N m at n = 241/m, 12.06 N of them."""
+    table = TABLE | {
+        "controller__force_throttle": [-1.0, 1.0],
+        "controller__force_n": [[-20.0, -20.0], [20.0, 20.0]],
+    }
+    push = (T, np.array([1.0, 1.0, -1.0, -1.0]))
+    free = simulate(car(**table), DRIVE, throttle=push)
+    limited = car({"regeneration_limit": {"max_torque_nm": 0.05}}, **table)
+    bounded = simulate(limited, DRIVE, throttle=push)
+    np.testing.assert_allclose(
+        bounded.trace["speed_mps"], free.trace["speed_mps"], atol=1e-9
+    )
+    assert free.trace["motor_torque_nm"].min() == pytest.approx(-20 * 0.049 / 11.82)
+    assert bounded.trace["motor_torque_nm"].min() == pytest.approx(-0.05)
+    stopped = 0.5 * 3.78 * bounded.trace["speed_mps"].max() ** 2
+    share = 1 - 0.05 * 11.82 / 0.049 / 20
+    brakes = bounded.trace["energy_brakes_j"][-1]
+    assert brakes == pytest.approx(share * stopped, rel=3e-3)
+
+
 @pytest.mark.parametrize("delay", [0.05, 0.1234])
 def test_a_delay_shifts_the_force_and_nothing_else(delay):
     prompt = simulate(car(**TABLE), DRIVE, throttle=STEP).trace
