@@ -39,6 +39,7 @@ from rcc_sim.diagnose.verdict import (
     is_steady,
     moved,
     probability,
+    proves_nothing,
     ranking,
     standing,
     status_of,
@@ -300,6 +301,13 @@ def diagnose(
     torqued = any(p.torqued for p in (*problems, *fresh))
     by_torque = torqued and leave_shaft(causes, acting.tracks)
     shrink, before, after = proof(acting, engine, fit, fresh, by_torque=by_torque)
+    large = any(g.energy.beyond(DOUBTLESS) for g in gaps)
+    doubtless = any(g.energy.within is False for g in gaps)
+    if causes and doubtless and proves_nothing(shrink.explained, before, after):
+        causes, large = [], True
+        fit, acting = _only(engine, found, fit, causes)
+        left = remainder(acting, fit)
+        shrink, before, after = proof(acting, engine, fit, fresh, by_torque=by_torque)
     stated = {key: figure.value for key, figure in vehicle.figures().items()}
     row = size_of(problems[0], "row")
     asserted = tuple(
@@ -308,12 +316,17 @@ def diagnose(
     )
     told("which run to drive next")
     runs = tuple(next_experiments(acting, fit, asserted, known.rivals))
-    doubtful = all(g.energy.within is not False for g in gaps)
-    energy = (None, None) if doubtful else (before, after)
-    large = any(g.energy.beyond(DOUBTLESS) for g in gaps)
     ends = any(ends_early(c, fit, vehicle.known) for c in causes)
     status = status_of(
-        causes, left, *energy, large=large, explained=shrink.explained, ends=ends
+        causes,
+        left,
+        before,
+        after,
+        doubtless=doubtless,
+        large=large,
+        explained=shrink.explained,
+        ends=ends,
+        farthest=max(map(abs, moved(fit, stated).values()), default=0.0),
     )
     return Diagnosis(
         vehicle, problems[0], gaps, status, asserted, found, fit, left, shrink,

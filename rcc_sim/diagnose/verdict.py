@@ -38,9 +38,13 @@ SHRUNK, NO_ENERGY = 1 / 3, 1.5
 """Share to which the energy gap, and what is beyond noise, have to shrink on rows that
 no fit saw; size below which the first need not. [1], [%]"""
 
-DOUBTLESS = 2.0
+DOUBTLESS = 1.3
 """Times its expanded uncertainty from which on an energy gap is one, whatever the rows
 say. In 124 drives without a cause the largest was 1.25."""
+
+ANOTHER_VEHICLE = 10.0
+"""Standard deviations from which on a stated figure is that of another vehicle. Of 360
+drives of the blind plant none with a cause has one."""
 
 LEAST_SURE, SUREST = 0.01, 0.995
 """Least and largest probability that is stated: nats are surer than any model."""
@@ -129,23 +133,40 @@ def status_of(
     before: float | None = None,
     after: float | None = None,
     *,
+    doubtless: bool = True,
     large: bool = False,
     explained: float = 1.0,
     ends: bool = False,
+    farthest: float = 0.0,
 ) -> str:
     """Return the status: no_gap, explained, partly_explained or unexplained.
 
-    ``before`` and ``after`` are the energy gap [%] on rows that no fit saw, where it
-    is beyond doubt: what does not shrink there is not explained, nor is what does not
-    row by row (``explained``, a share), nor by a cause that ``ends`` where its search
-    does. A gap is ``large`` if it is one whatever the rows say.
+    ``before`` and ``after`` are the energy gap [%] on rows that no fit saw. What does
+    not shrink there, if it is ``doubtless``, is not explained, nor what grows; nor is
+    what does not shrink row by row (``explained``, a share), nor by a cause that
+    ``ends`` where its search does, nor where a stated figure is ``farthest`` off by as
+    many sds as that of another vehicle. A gap is ``large`` if it is one whatever the
+    rows say.
     """
     if not causes:
         return "unexplained" if left.is_real or large else "no_gap"
     stays = left.is_real or ends or explained < 1 - SHRUNK
+    stays |= farthest > ANOTHER_VEHICLE
     if before is not None and after is not None:
-        stays |= abs(after) > max(SHRUNK * abs(before), NO_ENERGY)
+        stays |= abs(after) > abs(before) + NO_ENERGY
+        stays |= doubtless and abs(after) > max(SHRUNK * abs(before), NO_ENERGY)
     return "partly_explained" if stays else "explained"
+
+
+def proves_nothing(explained: float, before: float | None, after: float | None) -> bool:
+    """Tell whether causes do nothing for rows that no fit saw: they are withdrawn.
+
+    Neither what is beyond noise row by row (``explained``, a share) shrinks by a third
+    there, nor an energy gap [%] that is beyond doubt, from ``before`` to ``after``.
+    """
+    if before is None or after is None or explained >= SHRUNK:
+        return False
+    return abs(after) > (1 - SHRUNK) * abs(before)
 
 
 def moved(fit: Fit, stated: Collection[str]) -> dict[str, float]:

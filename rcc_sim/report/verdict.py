@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from rcc_sim.diagnose.verdict import ANOTHER_VEHICLE
 from rcc_sim.report.text import figures, listed, percent, probable, signed
 from rcc_sim.units import SUFFIXES, unit_of
 
@@ -15,9 +16,8 @@ STATUS = {
     "unexplained": "unexplained",
 }
 
-DOUBTFUL, STRANGE = 3.0, 10.0
-"""Sds by which a stated figure is off, from which on it is doubtful, and from which on
-it may be another vehicle's."""
+DOUBTFUL = 3.0
+"""Standard deviations by which a stated figure is off, from which on it is doubtful."""
 
 JUDGED = 4
 """Channels, or what stands for the rest of them, that are told at most."""
@@ -86,7 +86,9 @@ def doubt_of(moved: Mapping[str, float], *, named: bool = False) -> str:
         return ""
     what = f"{key} is {figures(abs(sds), 2)} sds off what is stated: " if named else ""
     again = "measure it again, or state a larger sd"
-    return what + ("was it this vehicle that drove?" if abs(sds) >= STRANGE else again)
+    return what + (
+        "was it this vehicle that drove?" if abs(sds) > ANOTHER_VEHICLE else again
+    )
 
 
 def judged(names: Sequence[str], energy_wh: float | None) -> str:

@@ -18,6 +18,7 @@ from rcc_sim.diagnose.verdict import (
     Asserted,
     ends_early,
     estimates,
+    proves_nothing,
     ranking,
     resolution,
     standing,
@@ -108,6 +109,18 @@ def test_what_is_left_decides_where_nothing_is_named():
     assert status_of([CAUSE], NOTHING, explained=0.6) == "partly_explained"
     assert status_of([CAUSE], NOTHING, explained=0.7) == "explained"
     assert status_of([CAUSE], NOTHING, ends=True) == "partly_explained"
+    assert status_of([CAUSE], NOTHING, farthest=9.9) == "explained"
+    assert status_of([CAUSE], NOTHING, farthest=15.5) == "partly_explained"
+    # within what is doubted, it may stay, but not grow
+    assert status_of([CAUSE], NOTHING, 3.0, 2.9, doubtless=False) == "explained"
+    assert status_of([CAUSE], NOTHING, -0.1, -5.9, doubtless=False) != "explained"
+
+
+def test_causes_that_do_nothing_for_rows_held_out_are_withdrawn():
+    assert proves_nothing(0.023, 19.9, 19.3)
+    assert not proves_nothing(0.023, 19.9, 12.0)  # the energy shrinks
+    assert not proves_nothing(0.9, 19.9, 19.3)  # the rows do: a steering's offset
+    assert not proves_nothing(0.023, None, None)  # no energy was measured
 
 
 @pytest.mark.parametrize(
