@@ -34,9 +34,10 @@ are."""
 LIMITS = 6
 """Strengths that are tried of a limit."""
 
-SMEARED = 2.0
-"""Rows over which an imposed drive's acceleration is smeared at least: a delay of less
-is none. One of a row was named where a cycle was driven corner by corner."""
+SMEARED, BLURRED = 2.0, 0.5
+"""Rows, and times the smear of a noisy speed, over which the acceleration of an imposed
+drive is not known: a delay of less is none. One of a row was named where a cycle was
+driven corner by corner, and of 0.2 to 0.45 times the smear where there was none."""
 
 SHORTEST_CLOCK, ANGLE = 0.01, 0.1
 """Shortest time between two orders that a log may tell [s]; and the angle of the wheels
@@ -257,6 +258,9 @@ def search_of(problem: Problem, effect: Effect, param: Param) -> Search:
     if param.sought.limits:
         per, (least, most) = size_of(problem, param.sought.of), param.sought.limits
         low, high = max(low, per * least), min(high, per * most)
+        if param.acts == "rows":
+            low = max(low, BLURRED * problem.drive.smear)
+            grid = tuple(x for x in grid if x >= low) or (low,)
     a, b = param.typical
     small = problem.small.get(unit_of(param.name))
     least = 0.0
@@ -312,6 +316,8 @@ def size_of(problem: Problem, of: str) -> float:
         case "wheelbase":
             return vehicle.wheelbase
         case "row":
+            if not problem.drive.imposed:
+                return problem.row
             return problem.row * (SMEARED if problem.drive.imposed else 1.0)
         case "clock":
             return max(size_of(problem, "row"), SHORTEST_CLOCK)

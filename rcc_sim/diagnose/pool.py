@@ -162,10 +162,16 @@ def _slopes(search: Search) -> bool:
 
 
 def _signal(engine: Engine, null: Fit, search: Search) -> list[Array] | None:
-    """d(residual)/d(strength) from neutral to a weak strength; None if it has none."""
+    """d(residual)/d(strength) from neutral to a weak strength; None if it has none.
+
+    One that the file states with an sd is free of it: the figure's own signal, once
+    more beside its tolerance.
+    """
+    for knob, signal in zip(null.knobs, null.signals, strict=True):
+        if knob.key == search.key:
+            return signal
     step = WEAK * (search.first - search.neutral)
-    known = {k.key for k in null.knobs}
-    if step == 0 or search.key in known:
+    if step == 0:
         return None
     start = null.values.get(search.key, search.neutral)
     knob = Knob(search.key, start, low=search.low, high=search.high, step=step)

@@ -310,8 +310,9 @@ def diagnose(
         shrink, before, after = proof(acting, engine, fit, fresh, by_torque=by_torque)
     stated = {key: figure.value for key, figure in vehicle.figures().items()}
     row = size_of(problems[0], "row")
+    farthest = max(map(abs, moved(fit, stated).values()), default=0.0)
     asserted = tuple(
-        Asserted(c, probability(c, left), estimates(fit, c, stated, row))
+        Asserted(c, probability(c, left, farthest), estimates(fit, c, stated, row))
         for c in causes
     )
     told("which run to drive next")
@@ -326,7 +327,7 @@ def diagnose(
         large=large,
         explained=shrink.explained,
         ends=ends,
-        farthest=max(map(abs, moved(fit, stated).values()), default=0.0),
+        farthest=farthest,
     )
     return Diagnosis(
         vehicle, problems[0], gaps, status, asserted, found, fit, left, shrink,

@@ -46,8 +46,9 @@ ANOTHER_VEHICLE = 10.0
 """Standard deviations from which on a stated figure is that of another vehicle. Of 360
 drives of the blind plant none with a cause has one."""
 
-LEAST_SURE, SUREST = 0.01, 0.995
-"""Least and largest probability that is stated: nats are surer than any model."""
+LEAST_SURE, EVEN, SUREST = 0.01, 0.5, 0.995
+"""Least and largest probability that is stated: nats are surer than any model; and the
+largest of a cause that needs another vehicle."""
 
 SOFT = 4.0
 """Nats by which odds grow by e: model error blunts a likelihood by about so much."""
@@ -193,13 +194,18 @@ def ends_early(cause: Cause, fit: Fit, known: Mapping[str, Effect]) -> bool:
     return False
 
 
-def probability(cause: Cause, left: Remainder) -> float:
-    """Return the probability that a cause, or one tied with it, acts."""
+def probability(cause: Cause, left: Remainder, farthest: float = 0.0) -> float:
+    """Return the probability that a cause, or one tied with it, acts.
+
+    An even chance at most beside a stated figure that is ``farthest`` off by as many
+    sds as another vehicle's: one of them stands for what is not known.
+    """
     margin = min(cause.gain - 0.5 * ENOUGH, cause.gain - cause.rival)
     chance = 1 / (1 + exp(-min(margin, 200.0) / SOFT))
     if left.is_real:
         chance *= cause.gain / (cause.gain + left.against(cause.effect, cause.shares))
-    return min(max(chance, LEAST_SURE), SUREST)
+    most = SUREST if farthest <= ANOTHER_VEHICLE else EVEN
+    return min(max(chance, LEAST_SURE), most)
 
 
 def estimates(

@@ -83,6 +83,9 @@ class Drive:
     unseen : ndarray of bool or None
         Rows of an imposed run at which no speed was logged for long: it is bridged
         there, and nothing is predicted.
+    smear : float
+        Time over which the acceleration of an imposed run is smeared, where its speed
+        was noisy. [s]
     """
 
     time: Array
@@ -98,6 +101,7 @@ class Drive:
     stated: bool = False
     climbed: bool = False
     unseen: NDArray[np.bool_] | None = None
+    smear: float = 0.0
 
     @property
     def turns_as_measured(self) -> bool:
@@ -150,13 +154,13 @@ def drive_of(
     imposed = is_imposed(log, vehicle)
     nan, accel = np.full(len(time), np.nan), np.zeros(len(time))
     speed = np.ascontiguousarray(log["speed_mps"]) if has(log, "speed_mps") else nan
-    unseen = None
+    unseen, smear = None, 0.0
     if imposed:
         if not has(log, "speed_mps"):
             _refuse(log, vehicle)
         unseen = in_holes(time, np.isfinite(speed))
         felt = log["accel_x_mps2"] if has(log, "accel_x_mps2") else None
-        speed, accel = smoothed(time, speed, felt, jerk)
+        speed, accel, smear = smoothed(time, speed, felt, jerk)
         if len(time) > 2 and not accel.any() and window < SAMPLED * interval_of(time):
             accel = np.where(speed > 0, np.gradient(speed, time), 0.0)
     road, distance = _road(log, vehicle, time, speed)
@@ -185,6 +189,7 @@ def drive_of(
         stated=distance is not None and not is_surveyed(log),
         climbed=has(log, "elevation_m") and not has(log, "slope"),
         unseen=unseen,
+        smear=smear,
     )
 
 

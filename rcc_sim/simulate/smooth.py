@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -85,9 +87,21 @@ def turning(changes: Array) -> float:
     return float(np.mean(some[1:] * some[:-1] < 0)) if len(some) > FEW else 0.0
 
 
+class Smoothed(NamedTuple):
+    """Speed [m/s] and acceleration [m/s²] of a drive; time over which it is smeared.
+
+    The smear [s] is that of a smoothing spline, (noise² dt / jerk²)^(1/4): corners of
+    the drive are spread over about as much to either side. 0 where nothing is smoothed.
+    """
+
+    speed: Array
+    accel: Array
+    smear: float = 0.0
+
+
 def smoothed(
     time: Array, speed: Array, accel: Array | None = None, jerk: float | None = None
-) -> tuple[Array, Array]:
+) -> Smoothed:
     """Return speed [m/s] and acceleration [m/s²] without noise and without gaps.
 
     A speed that is not noisy stays as it is, straight from row to row (its
@@ -108,13 +122,15 @@ def smoothed(
         told, noise = passed(speed), PASSING * step
     elif not is_rough(speed):
         whole = np.interp(time, time[known], speed[known])
-        return whole, np.zeros(len(time))
+        return Smoothed(whole, np.zeros(len(time)))
     else:
         told = speed
         noise = max(sensor_noise(speed), 1e-6 * float(np.abs(speed[known]).max()))
     if jerk is None:
         jerk = chosen_jerk(time, told, noise=noise, accel=accel)
-    return smooth_speed(time, told, noise=noise, jerk=jerk, accel=accel)
+    calm, change = smooth_speed(time, told, noise=noise, jerk=jerk, accel=accel)
+    row = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
+    return Smoothed(calm, change, (noise * row**0.5 / jerk) ** 0.5)
 
 
 def rounded_to(speed: Array) -> float:

@@ -15,9 +15,12 @@ from rcc_sim.diagnose.remainder import UNKNOWN_ENOUGH, Remainder
 from rcc_sim.diagnose.run import _only
 from rcc_sim.diagnose.screen import Screen
 from rcc_sim.diagnose.verdict import (
+    EVEN,
+    SUREST,
     Asserted,
     ends_early,
     estimates,
+    probability,
     proves_nothing,
     ranking,
     resolution,
@@ -114,6 +117,12 @@ def test_what_is_left_decides_where_nothing_is_named():
     # within what is doubted, it may stay, but not grow
     assert status_of([CAUSE], NOTHING, 3.0, 2.9, doubtless=False) == "explained"
     assert status_of([CAUSE], NOTHING, -0.1, -5.9, doubtless=False) != "explained"
+
+
+def test_a_cause_that_needs_another_vehicle_is_an_even_chance_at_most():
+    cause = Cause("payload", ("effects.payload.mass_kg",), 300.0)
+    assert probability(cause, NOTHING, 9.0) == SUREST
+    assert probability(cause, NOTHING, 15.5) == EVEN
 
 
 def test_causes_that_do_nothing_for_rows_held_out_are_withdrawn():

@@ -28,7 +28,7 @@ def test_a_schedule_is_not_rough(name, step, digits):
 
 def test_the_acceleration_of_a_noisy_ramp_is_found():
     time, rng = np.arange(0, 200, 0.1), np.random.default_rng(2)
-    speed, accel = smoothed(time, RAMPS + 0.02 * rng.normal(size=len(RAMPS)))
+    speed, accel, _ = smoothed(time, RAMPS + 0.02 * rng.normal(size=len(RAMPS)))
     turns = np.minimum(time % 25, 25 - time % 25) < 2
     true = np.where((time // 25) % 2, 0.8, -0.8)
     assert np.std((accel - true)[~turns]) < 0.05  # 0.28 by differences of rows

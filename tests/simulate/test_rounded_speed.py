@@ -65,7 +65,7 @@ def test_a_rounded_speed_is_known_where_it_passes_from_step_to_step():
     t = np.arange(0, 60, 0.1)
     true = 12 - 12 * np.cos(2 * np.pi * t / 60)
     seen = np.round(true / KMH) * KMH
-    found, accel = smoothed(t, seen)
+    found, accel, _ = smoothed(t, seen)
     inner = slice(20, -20)
     slope = np.gradient(true, t)
     assert np.std((found - true)[inner]) < 0.5 * np.std((seen - true)[inner])
