@@ -252,9 +252,13 @@ def _write(
     if next_run is not None:
         run = write_next_run(found, next_run)
         proposed = [e.run for e in found.experiments]
-        if proposed:
+        if any(run is one for one in proposed):
             by_hand = run is not proposed[0]
-            why = "; what NEXT has first is no commands" if by_hand else ""
+            why = "; what NEXT has first is driven by hand" if by_hand else ""
+        elif proposed:
+            why = (
+                "; what NEXT has is driven by hand, and this need not part what is tied"
+            )
         elif found.is_tied:
             why = "; no run of the menu parts what is tied"
         else:
