@@ -164,8 +164,10 @@ class Screen:
         if search.clocked and best[0] > 0:
             near = best[1] + TICK * np.arange(-FINER, FINER + 1)
             best = max(best, self.best_of(search.key, near[near > 0], held))
-        if search.stepped and (best[0] > 0 or self.may_be_near(search.key, best, held)):
-            for apart in CLOSER:
+        if search.stepped:
+            if best[0] <= 0:
+                best = self.likest(search, held)
+            for apart in CLOSER if best[1] else ():
                 near = best[1] * np.array([1 / apart, apart])
                 best = max(best, self.best_of(search.key, near, held))
         return best
@@ -192,14 +194,17 @@ class Screen:
                     break
         return best
 
-    def may_be_near(
-        self, key: str, best: tuple[float, float], held: dict[str, float]
-    ) -> bool:
-        """Tell whether a threshold that gains nothing is like one that would.
+    def likest(self, search: Search, held: dict[str, float]) -> tuple[float, float]:
+        """Threshold that gains nothing and is most like one that would; 0 if none is.
 
         Where it acts too early or too late it loses more than it gains elsewhere.
         """
-        return self.promise(self.signal({**held, key: best[1]})) > ENOUGH
+        found = []
+        for x in search.grid:
+            d = self.signal({**held, search.key: x})
+            found.append((self.promise(d), self.gain(d), float(x)))
+        promise, gain, x = max(found)
+        return (gain, x) if promise > ENOUGH else (0.0, 0.0)
 
     def note(self, one: Promise) -> None:
         """Keep the most that a figure promised."""
