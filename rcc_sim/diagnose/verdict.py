@@ -46,6 +46,10 @@ ANOTHER_VEHICLE = 10.0
 """Standard deviations from which on a stated figure is that of another vehicle. Of 360
 drives of the blind plant none with a cause has one."""
 
+TOLERATED = 5.0
+"""Standard deviations up to which tolerances may explain a gap. In 360 drives of the
+blind plant none that ends without a gap has a stated figure farther off."""
+
 LEAST_SURE, EVEN, SUREST = 0.01, 0.5, 0.995
 """Least and largest probability that is stated: nats are surer than any model; and the
 largest of a cause that needs another vehicle."""
@@ -147,10 +151,11 @@ def status_of(
     what does not shrink row by row (``explained``, a share), nor by a cause that
     ``ends`` where its search does, nor where a stated figure is ``farthest`` off by as
     many sds as that of another vehicle. A gap is ``large`` if it is one whatever the
-    rows say.
+    rows say; what no tolerance takes is one as well.
     """
     if not causes:
-        return "unexplained" if left.is_real or large else "no_gap"
+        real = left.is_real or large or farthest > TOLERATED
+        return "unexplained" if real else "no_gap"
     stays = left.is_real or ends or explained < 1 - SHRUNK
     stays |= farthest > ANOTHER_VEHICLE
     if before is not None and after is not None:
