@@ -316,8 +316,6 @@ def size_of(problem: Problem, of: str) -> float:
         case "wheelbase":
             return vehicle.wheelbase
         case "row":
-            if not problem.drive.imposed:
-                return problem.row
             return problem.row * (SMEARED if problem.drive.imposed else 1.0)
         case "clock":
             return max(size_of(problem, "row"), SHORTEST_CLOCK)

@@ -160,23 +160,19 @@ class Screen:
 
     def scan(self, search: Search, held: dict[str, float]) -> tuple[float, float]:
         """Best of a grid: for thresholds, limits and clocks, which have no slope."""
+        if search.stepped:
+            return self.threshold(search, held)
         best = self.best_outward(search, held)
         if search.clocked and best[0] > 0:
             near = best[1] + TICK * np.arange(-FINER, FINER + 1)
             best = max(best, self.best_of(search.key, near[near > 0], held))
-        if search.stepped:
-            if best[0] <= 0:
-                best = self.likest(search, held)
-            for apart in CLOSER if best[1] else ():
-                near = best[1] * np.array([1 / apart, apart])
-                best = max(best, self.best_of(search.key, near, held))
         return best
 
     def best_outward(
         self, search: Search, held: dict[str, float]
     ) -> tuple[float, float]:
         """Best of a grid, from the weakest to each side on as far as that leads."""
-        if held or search.stepped:
+        if held:
             return self.best_of(search.key, search.grid, held)
         grid = np.sort(search.grid)
         best = (0.0, 0.0)
@@ -194,17 +190,26 @@ class Screen:
                     break
         return best
 
-    def likest(self, search: Search, held: dict[str, float]) -> tuple[float, float]:
-        """Threshold that gains nothing and is most like one that would; 0 if none is.
+    def threshold(self, search: Search, held: dict[str, float]) -> tuple[float, float]:
+        """Best of a grid of thresholds, and of others ever closer to it.
 
-        Where it acts too early or too late it loses more than it gains elsewhere.
+        Where none gains, to the one most like one that would: a threshold that acts too
+        early or too late loses more than it gains elsewhere.
         """
-        found = []
+        tried = []
         for x in search.grid:
             d = self.signal({**held, search.key: x})
-            found.append((self.promise(d), self.gain(d), float(x)))
-        promise, gain, x = max(found)
-        return (gain, x) if promise > ENOUGH else (0.0, 0.0)
+            tried.append((self.promise(d), self.gain(d), float(x)))
+        best = max((gain, x) for _, gain, x in tried)
+        if best[0] <= 0:
+            promise, gain, x = max(tried)
+            if promise <= ENOUGH:
+                return 0.0, 0.0
+            best = (gain, x)
+        for apart in CLOSER:
+            near = best[1] * np.array([1 / apart, apart])
+            best = max(best, self.best_of(search.key, near, held))
+        return best
 
     def note(self, one: Promise) -> None:
         """Keep the most that a figure promised."""

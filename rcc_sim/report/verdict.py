@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from rcc_sim.diagnose.verdict import ANOTHER_VEHICLE
 from rcc_sim.report.text import figures, listed, percent, probable, signed
 from rcc_sim.units import SUFFIXES, unit_of
 
@@ -81,6 +80,8 @@ def doubt_of(moved: Mapping[str, float], *, named: bool = False) -> str:
     >>> doubt_of({"body.mass_kg": -29.0})
     'was it this vehicle that drove?'
     """
+    from rcc_sim.diagnose.verdict import ANOTHER_VEHICLE
+
     key, sds = next(iter(moved.items()), ("", 0.0))
     if abs(sds) < DOUBTFUL:
         return ""

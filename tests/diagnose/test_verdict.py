@@ -173,9 +173,9 @@ def test_a_threshold_is_found_between_the_strengths_of_its_grid(true):
     search = Search("x", 0.0, 0.0, 999.0, 1.0, grid, acts="steps")
     screen = object.__new__(Screen)
 
-    def best_of(key, strengths, held):  # flat between two commands: no slope
-        off = [round(abs(np.log(x / true)) / 0.02) for x in strengths]
-        return max((100.0 - 5 * k, x) for k, x in zip(off, strengths, strict=True))
+    def gain(x):  # flat between two commands: no slope
+        return 100.0 - 5 * round(abs(np.log(x / true)) / 0.02)
 
-    screen.best_of = best_of
+    screen.signal = lambda values: values["x"]
+    screen.gain, screen.promise = gain, lambda _: 0.0
     assert screen.scan(search, {})[1] == pytest.approx(true, rel=0.05)
