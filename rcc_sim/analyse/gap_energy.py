@@ -206,10 +206,8 @@ def bias_noise(log: Trace, vehicle: Vehicle, power: Array, weights: Array) -> fl
 
 
 def _bias(log: Trace, vehicle: Vehicle, column: str) -> float:
-    sensor = vehicle.sensors.get(column)
-    if sensor is not None and sensor.bias_sd is not None:
-        return sensor.bias_sd.value
-    return sensor_noise(log[column])
+    stated = vehicle.bias_sd(column)
+    return sensor_noise(log[column]) if stated is None else stated
 
 
 def energy_tolerance(weights: Array, tolerances: Tolerances, column: str) -> float:

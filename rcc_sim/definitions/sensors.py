@@ -71,3 +71,11 @@ def delays_of(sensors: dict[str, Sensor], where: str) -> dict[str, Figure]:
             )
         first.setdefault(name, column)
     return found
+
+
+def without_latencies(raw: dict[str, Any]) -> dict[str, Any]:
+    """Return the tables of a file's sensors, none of them late."""
+    return {
+        column: {k: v for k, v in table.items() if k != "latency_s"}
+        for column, table in raw.items()
+    }

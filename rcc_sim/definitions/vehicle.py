@@ -19,7 +19,7 @@ from rcc_sim.definitions.checks import (
 )
 from rcc_sim.definitions.figure import Figure
 from rcc_sim.definitions.own_effects import OwnEffect, own_effects
-from rcc_sim.definitions.sensors import checked_sensors, delays_of
+from rcc_sim.definitions.sensors import checked_sensors, delays_of, without_latencies
 from rcc_sim.definitions.tables import (
     ADVICE,
     Battery,
@@ -129,6 +129,11 @@ class Vehicle:
             )
         return found
 
+    def bias_sd(self, column: str) -> float | None:
+        """Return the offset that the file allows a sensor, where it states one."""
+        sensor = self.sensors.get(column)
+        return sensor.bias_sd.value if sensor and sensor.bias_sd else None
+
     @cached_property
     def known(self) -> dict[str, Effect]:
         """Effect id -> effect: those shipped, and the vehicle's own."""
@@ -189,7 +194,7 @@ class Vehicle:
             known_effect(name, self.where, self.known)
             raw["effects"].pop(name, None)
             if name == DELAYS:
-                raw["sensors"] = _without_latencies(raw.get("sensors", {}))
+                raw["sensors"] = without_latencies(raw.get("sensors", {}))
             if name not in self.effects:
                 raise InputError(
                     f"{self.where}: effects.{name}: the vehicle does not have it",
@@ -269,13 +274,6 @@ def build(
         path=path,
         origin=origin,
     )
-
-
-def _without_latencies(sensors: dict[str, Any]) -> dict[str, Any]:
-    return {
-        column: {k: v for k, v in table.items() if k != "latency_s"}
-        for column, table in sensors.items()
-    }
 
 
 def _refuse_unknown_keys(raw: dict[str, Any], where: str) -> None:

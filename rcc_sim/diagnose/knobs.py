@@ -197,17 +197,11 @@ def bias_knobs(problem: Problem, log: int = 0) -> list[Knob]:
 
 def bias_sd(problem: Problem, column: str) -> float:
     """Return how far a sensor may be off throughout: as stated, or by its noise."""
-    stated = stated_bias(problem, column)
+    stated = problem.vehicle.bias_sd(column)
     if stated is not None:
         return stated
     share = ZEROED if column.startswith("battery") else SENSOR_BIAS
     return share * calm_noise(problem.log[column])
-
-
-def stated_bias(problem: Problem, column: str) -> float | None:
-    """Return the offset that the file allows a sensor, where it states one."""
-    sensor = problem.vehicle.sensors.get(column)
-    return sensor.bias_sd.value if sensor and sensor.bias_sd else None
 
 
 def power_bias(problem: Problem) -> float | None:
@@ -216,8 +210,9 @@ def power_bias(problem: Problem) -> float | None:
     None where the file states its own offset, or that of neither of them.
     """
     parts = ("battery_voltage_v", "battery_current_a")
-    stated = [stated_bias(problem, c) for c in parts if c in problem.log]
-    if stated_bias(problem, "battery_power_w") is not None or len(stated) < len(parts):
+    vehicle = problem.vehicle
+    stated = [vehicle.bias_sd(c) for c in parts if c in problem.log]
+    if vehicle.bias_sd("battery_power_w") is not None or len(stated) < len(parts):
         return None
     if not any(sd is not None for sd in stated):
         return None

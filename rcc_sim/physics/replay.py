@@ -18,7 +18,6 @@ from rcc_sim.physics.params import LOGGED, SPEED
 from rcc_sim.physics.run import (
     actuate,
     begin,
-    brake_the_rest,
     obey_throttle,
     open_window,
     write,
@@ -190,8 +189,6 @@ def run_replayed(
                         p, c, s, u, force, (time, throttle), late_motor, tick
                     )
                 actuate(p, c, s, u, tau, angle)
-                if p.control.mode != SPEED:
-                    brake_the_rest(c, u)
                 step(p, c, s, u, f, E, flow, T)
             if len(eta[0]) > 1:
                 eff = mapped_efficiency(p, c, u, f, flow, eta, T)

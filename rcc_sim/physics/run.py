@@ -157,6 +157,8 @@ def actuate(p, c, s, u, tau, steer):
     lag = p.motor_lag.time_constant_s
     u.tau = mean_force(s.tau, tau, c.force_share, lag, T)
     s.tau = lagged(s.tau, tau, c.force_share)
+    if p.control.mode == THROTTLE:
+        brake_the_rest(c, u)
     u.delta = road_wheel_angle(p, c, s, steer)
     u.sin_delta = math.sin(u.delta)
     u.cos_delta = math.cos(u.delta)
@@ -212,8 +214,6 @@ def run_commanded(P, work, drive, maps, lines, rows, sinks, every, substeps):
             if p.steering_delay.delay_s > 0.0:
                 angle = delayed(late_steer, tick, p.steering_delay.delay_s, T, angle)
             actuate(p, c, s, u, tau, angle)
-            if p.control.mode == THROTTLE:
-                brake_the_rest(c, u)
             for _ in range(substeps):
                 step(p, c, s, u, f, E, flow, dt)
                 if len(eta[0]) > 1:
