@@ -34,16 +34,16 @@ from rcc_sim.errors import InputError
 from rcc_sim.physics import params as schema
 from rcc_sim.physics import record
 from rcc_sim.physics.batch import RESULT, batch_commanded, batch_imposed
-from rcc_sim.simulate.notes import coarse
-from rcc_sim.simulate.own import NotCompiled, own_terms
-from rcc_sim.simulate.run import (
-    LaneChanges,
+from rcc_sim.simulate.given import (
     Profile,
     profile_of,
     refuse_degrees,
     sampling,
     yaw_rate_of,
 )
+from rcc_sim.simulate.notes import coarse
+from rcc_sim.simulate.own import NotCompiled, own_terms
+from rcc_sim.simulate.run import LaneChanges
 
 if TYPE_CHECKING:
     import pyarrow

@@ -27,7 +27,8 @@ if TYPE_CHECKING:
     from rcc_sim.analyse.energy import EnergyReport
     from rcc_sim.definitions.cycle import Cycle
     from rcc_sim.definitions.vehicle import Vehicle as Car
-    from rcc_sim.simulate.run import Profile, Run
+    from rcc_sim.simulate.given import Profile
+    from rcc_sim.simulate.run import Run
 
 
 def register(app: typer.Typer) -> None:
@@ -161,7 +162,7 @@ def _intervals(
 def _drive(cycle: str | None, throttle_log: str | None) -> tuple[Cycle, Profile | None]:
     from rcc_sim.definitions.cycle import parse_cycle
     from rcc_sim.errors import InputError
-    from rcc_sim.simulate.run import throttle_drive
+    from rcc_sim.simulate.given import throttle_drive
     from rcc_sim.trace import read_trace
 
     if (cycle is None) == (throttle_log is None):
@@ -187,7 +188,7 @@ def _steer(path: str | None, every: float | None) -> Profile | None:
 
 
 def _road(path: str | None) -> Profile | None:
-    from rcc_sim.simulate.run import road_profile
+    from rcc_sim.simulate.given import road_profile
     from rcc_sim.trace import read_trace
 
     return None if path is None else road_profile(read_trace(path, along="distance_m"))

@@ -14,7 +14,8 @@ from rcc_sim.definitions.figure import Figure as Stated
 from rcc_sim.definitions.vehicle import Vehicle, load_vehicle
 from rcc_sim.physics.effect import Effect
 from rcc_sim.report.plots import _legend_above, _line, _sheet
-from rcc_sim.simulate.run import simulate, throttle_drive
+from rcc_sim.simulate.given import throttle_drive
+from rcc_sim.simulate.run import simulate
 from rcc_sim.trace import Trace
 from rcc_sim.units import unit_of
 
