@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.analyse.gap_replays import Tolerances
+from rcc_sim.analyse.offsets import offset_sd
 from rcc_sim.definitions.kernel import motor_torque_constant
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.simulate.drive import HOLE, has, in_holes
-from rcc_sim.simulate.smooth import sensor_noise
 from rcc_sim.trace import Trace
 from rcc_sim.units import J_PER_WH
 
@@ -187,12 +187,11 @@ def energy_noise(
 
 
 def bias_noise(log: Trace, vehicle: Vehicle, power: Array, weights: Array) -> float:
-    """Return what a constant bias of the current's sensor does to an energy. [Wh]
-
-    Its size is the vehicle file's ``bias_sd``, or else guessed as the sensor's noise.
-    """
+    """Return what the offsets of the battery's sensors do to an energy. [Wh]"""
     if has(log, "battery_power_w"):
-        return _bias(log, vehicle, "battery_power_w") * float(weights.sum()) / J_PER_WH
+        return (
+            offset_sd(log, vehicle, "battery_power_w") * float(weights.sum()) / J_PER_WH
+        )
     if not has(log, "battery_current_a"):
         return 0.0
     voltage = bridged(log["time_s"], log["battery_voltage_v"])
@@ -200,14 +199,9 @@ def bias_noise(log: Trace, vehicle: Vehicle, power: Array, weights: Array) -> fl
     joules = float((np.abs(voltage) * weights).sum())
     current = np.where(weights > 0, log["battery_current_a"], 0.0)
     ampere_seconds = abs(float((current * weights).sum()))
-    by_current = _bias(log, vehicle, "battery_current_a") * joules
-    by_voltage = _bias(log, vehicle, "battery_voltage_v") * ampere_seconds
+    by_current = offset_sd(log, vehicle, "battery_current_a") * joules
+    by_voltage = offset_sd(log, vehicle, "battery_voltage_v") * ampere_seconds
     return float(np.hypot(by_current, by_voltage)) / J_PER_WH
-
-
-def _bias(log: Trace, vehicle: Vehicle, column: str) -> float:
-    stated = vehicle.bias_sd(column)
-    return sensor_noise(log[column]) if stated is None else stated
 
 
 def energy_tolerance(weights: Array, tolerances: Tolerances, column: str) -> float:

@@ -162,7 +162,8 @@ ADVICE = {
     "controller.force_scale": "what force_n is multiplied by; its sd is what a charge "
     "that is not logged does",
     "sensors.noise_sd": "noise of a reading",
-    "sensors.bias_sd": "sd of an offset that stays over a drive",
+    "sensors.bias_sd": "sd of an offset that stays over a drive; a fifth of the noise "
+    "where none is stated, by diagnose and gap",
     "sensors.resolution": "step between two readings; counts as noise where noise_sd "
     "is stated",
     "sensors.latency_s": "how late it reads, one for all columns of a sensor; the same "

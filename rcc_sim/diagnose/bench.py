@@ -21,6 +21,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import permutations
+from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,6 +56,9 @@ WHEELS_SD = 0.5
 FIRST = f"{BIAS}0."
 """Key of an offset in the first log."""
 
+
+NIL = 1e-290
+"""Precision below which nothing is known of a figure."""
 
 SURE = 10.0
 """Nats at which a pair is settled: odds of twenty thousand to one."""
@@ -359,6 +363,9 @@ class Told:
 
 
 def _variance(P: Array, i: int) -> float:
-    unit = 1 / np.sqrt(np.diag(P) + 1e-300)
+    """Return the variance of a figure by the precision P of all; inf where nil."""
+    if P[i, i] < NIL:
+        return inf
+    unit = 1 / np.sqrt(np.maximum(np.diag(P), NIL))
     inverse = np.linalg.inv(P * np.outer(unit, unit) + 1e-10 * np.eye(len(P)))
     return float(inverse[i, i] * unit[i] ** 2)

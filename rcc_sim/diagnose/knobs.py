@@ -9,18 +9,13 @@ from math import exp, inf, isfinite
 import numpy as np
 from numpy.typing import NDArray
 
+from rcc_sim.analyse.offsets import offset_sd
 from rcc_sim.definitions.figure import Z_90
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.physics.effects import EFFECTS
 
 Array = NDArray[np.float64]
-
-SENSOR_BIAS = 0.5
-"""Offset of a sensor that is no cause, in times its noise, where none is stated."""
-
-ZEROED = 0.2
-"""The same for what is measured at the battery, whose meters are zeroed at rest."""
 
 CURRENT_LOOP_LAG = 0.003
 """Lag that any current loop may have; bandwidths are 50 Hz to some kHz. [s]"""
@@ -42,8 +37,6 @@ BIAS = "bias."
 
 GAIN = BIAS + "0.gain"
 """Key of the share by which the torque of the first log reads too much."""
-
-CALM_PARTS = 30
 
 MOST_FACTOR = 2.0
 """Largest logarithm of a factor by which a step moves a figure."""
@@ -182,7 +175,7 @@ def bias_knobs(problem: Problem, log: int = 0) -> list[Knob]:
         if c in problem.unzeroed:
             continue
         sd = power_bias(problem) if c == "battery_power_w" else None
-        sd = bias_sd(problem, c) if sd is None else sd
+        sd = offset_sd(problem.log, problem.vehicle, c) if sd is None else sd
         counted = c == "speed_mps" or (c == "battery_power_w" and problem.charge)
         if not counted and sd > 0:
             knobs.append(Knob(bias_key(log, c), 0.0, sd))
@@ -195,29 +188,20 @@ def bias_knobs(problem: Problem, log: int = 0) -> list[Knob]:
     return knobs
 
 
-def bias_sd(problem: Problem, column: str) -> float:
-    """Return how far a sensor may be off throughout: as stated, or by its noise."""
-    stated = problem.vehicle.bias_sd(column)
-    if stated is not None:
-        return stated
-    share = ZEROED if column.startswith("battery") else SENSOR_BIAS
-    return share * calm_noise(problem.log[column])
-
-
 def power_bias(problem: Problem) -> float | None:
     """Return the offset of a power that is voltage times current, where they tell. [W]
 
     None where the file states its own offset, or that of neither of them.
     """
     parts = ("battery_voltage_v", "battery_current_a")
-    vehicle = problem.vehicle
-    stated = [vehicle.bias_sd(c) for c in parts if c in problem.log]
+    log, vehicle = problem.log, problem.vehicle
+    stated = [vehicle.bias_sd(c) for c in parts if c in log]
     if vehicle.bias_sd("battery_power_w") is not None or len(stated) < len(parts):
         return None
     if not any(sd is not None for sd in stated):
         return None
-    of_voltage, of_current = (bias_sd(problem, c) for c in parts)
-    voltage, current = (float(np.nanmean(np.abs(problem.log[c]))) for c in parts)
+    of_voltage, of_current = (offset_sd(log, vehicle, c) for c in parts)
+    voltage, current = (float(np.nanmean(np.abs(log[c]))) for c in parts)
     return float(np.hypot(of_current * voltage, of_voltage * current))
 
 
@@ -249,13 +233,3 @@ def neutral_of(key: str) -> float:
     _, name, param = key.split(".")
     neutral = EFFECTS[name].param(param).neutral if name in EFFECTS else 0.0
     return neutral if isfinite(neutral) else 0.0
-
-
-def calm_noise(x: Array) -> float:
-    """Noise of a sensor: from its differences in the calmest tenth of the record."""
-    d = np.diff(x[np.isfinite(x)])
-    if len(d) < CALM_PARTS:
-        return float(np.std(d) / np.sqrt(2)) if len(d) else 0.0
-    parts = np.array_split(d, CALM_PARTS)
-    sizes = [float(np.sqrt(np.mean((part - part.mean()) ** 2))) for part in parts]
-    return float(np.quantile(sizes, 0.1) / np.sqrt(2))

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from rcc_sim.analyse.logged import open_log
+from rcc_sim.analyse.offsets import offset_sd
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.knobs import bias_key, bias_knobs
 from rcc_sim.diagnose.problem import Problem
@@ -15,8 +16,8 @@ from rcc_sim.trace import Trace
 OFFSET = -0.4  # m/s²; less than the noise, so that it would pass as one
 
 
-@pytest.fixture(scope="module")
-def drive():
+def driven(noise):
+    """A car by throttle, its accelerometer off and noisy. [m/s²]"""
     rng = np.random.default_rng(8)
     t = np.arange(0, 40, 0.02)
     throttle = np.where(t % 5 < 2.0, 0.26, 0.0)
@@ -27,8 +28,40 @@ def drive():
     columns["speed_mps"] = np.round(
         out["speed_mps"] + 0.01 * rng.normal(size=len(t)), 3
     )
-    columns["accel_x_mps2"] = out["accel_x_mps2"] + OFFSET + rng.normal(size=len(t))
+    shaken = noise * rng.normal(size=len(t))
+    columns["accel_x_mps2"] = out["accel_x_mps2"] + OFFSET + shaken
     return car, Trace(columns, name="drive")
+
+
+@pytest.fixture(scope="module")
+def drive():
+    return driven(noise=1.0)
+
+
+def opened(car, log, folder):
+    path, rows = folder / "drive.csv", np.column_stack(list(log.columns.values()))
+    np.savetxt(path, rows, delimiter=",", header=",".join(log.columns), comments="")
+    return open_log(path, car)
+
+
+def test_how_far_a_sensor_may_be_off():
+    """A fifth of its noise; what its zero wanders by; what is stated; else half."""
+    car, rows = load_vehicle("rcc"), 20_000
+    white = np.random.default_rng(1).normal(size=rows)
+    names = ("battery_current_a", "accel_x_mps2", "yaw_rate_radps", "motor_torque_nm")
+    log = Trace(
+        {
+            "time_s": 0.01 * np.arange(rows),
+            **dict.fromkeys(names, 0.3 * white),
+            "accel_y_mps2": 1e-3 * white,
+        }
+    )
+    known = {c: offset_sd(log, car, c) for c in log.columns if c != "time_s"}
+    assert known.pop("motor_torque_nm") == pytest.approx(0.15, rel=0.05)
+    assert known.pop("accel_y_mps2") == 0.02
+    assert known == {c: pytest.approx(0.06, rel=0.05) for c in known}
+    stated = car.changed(settings={"sensors.accel_x_mps2.bias_sd": 0.5})
+    assert offset_sd(log, stated, "accel_x_mps2") == 0.5
 
 
 def test_the_offset_of_a_sensor_may_move_unless_it_is_to_be_found(drive):
@@ -45,12 +78,19 @@ def test_a_withheld_offset_is_named_and_passes_as_a_tolerance_otherwise(
     drive, tmp_path
 ):
     car, log = drive
-    path = tmp_path / "drive.csv"
-    rows = np.column_stack(list(log.columns.values()))
-    np.savetxt(path, rows, delimiter=",", header=",".join(log.columns), comments="")
-    opened = open_log(path, car)
-    assert diagnose([opened], car).asserted == ()
-    found = diagnose([opened], car, withheld=["accelerometer_bias"])
+    log = opened(car, log, tmp_path)
+    assert diagnose([log], car).asserted == ()
+    found = diagnose([log], car, withheld=["accelerometer_bias"])
     (one,) = found.asserted
     assert one.cause.effect == "accelerometer_bias"
     assert one.figures["x_mps2"].value == pytest.approx(OFFSET, abs=0.08)
+
+
+@pytest.mark.slow
+def test_an_offset_beyond_what_zeroing_leaves_is_named(tmp_path):
+    car, log = driven(noise=0.25)
+    (one,) = diagnose([opened(car, log, tmp_path)], car).asserted
+    assert one.cause.effect == "accelerometer_bias"
+    figure = one.figures["x_mps2"]
+    assert figure.value == pytest.approx(OFFSET, abs=0.1)
+    assert figure.low < OFFSET < figure.high
