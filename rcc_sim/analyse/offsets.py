@@ -10,6 +10,12 @@ from rcc_sim.trace import Trace
 
 Array = NDArray[np.float64]
 
+OFFSETS = {
+    "accelerometer_bias": ("accel_x_mps2", "accel_y_mps2"),
+    "yaw_rate_bias": ("yaw_rate_radps",),
+}
+"""Effects that are the offset of a sensor, and its columns."""
+
 ZEROED = 0.2
 """Offset of a sensor that is zeroed at rest, in times its noise. In 48 drives of cars
 whose sensors have some, it is 0.03 of a current's noise, 0.1 of an acceleration's."""

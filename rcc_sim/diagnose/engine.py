@@ -11,6 +11,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from rcc_sim.analyse.offsets import OFFSETS
 from rcc_sim.diagnose.fit import Fit, Tangent
 from rcc_sim.diagnose.knobs import BIAS, Knob, figures_of
 from rcc_sim.diagnose.noise import (
@@ -113,12 +114,12 @@ class Engine:
     ) -> list[Whitener]:
         """Noise model of some tracks, from what is left in them."""
         left_in = dict(zip(tracks, left, strict=True))
-        sought = {(i, c) for i, p in enumerate(self.problems) for c in p.unzeroed}
+        sought = {c for columns in OFFSETS.values() for c in columns}
 
         def one(i: int) -> Whitener:
             e, valid = left_in[i], self.valid[i]
-            if self.tracks[i] in sought and valid.any():
-                # a noise that remembers would take the offset that is looked for
+            if self.tracks[i][1] in sought and valid.any():
+                # a noise that remembers would take an offset that is to be found
                 e = e - float(np.mean(e[valid]))
             known = (valid, self.grows_with[i], self.edges[i], self.least[i])
             return fit_whitener(e, *known)

@@ -13,6 +13,7 @@ import numpy as np
 from rcc_sim.analyse.gap import Gap, gap
 from rcc_sim.analyse.gap_report import where
 from rcc_sim.analyse.logged import Logged
+from rcc_sim.analyse.offsets import OFFSETS
 from rcc_sim.definitions.figure import Z_90, Figure
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose import descent
@@ -46,12 +47,6 @@ from rcc_sim.diagnose.verdict import (
 )
 from rcc_sim.errors import InputError
 from rcc_sim.trace import Trace
-
-OFFSETS = {
-    "accelerometer_bias": ("accel_x_mps2", "accel_y_mps2"),
-    "yaw_rate_bias": ("yaw_rate_radps",),
-}
-"""Effects that are the offset of a sensor, and which."""
 
 SHORTEST = 1.5 * MEMORY
 """Time that a log must last. [s]"""

@@ -5,12 +5,14 @@ import pytest
 
 from rcc_sim.analyse.logged import open_log
 from rcc_sim.analyse.offsets import offset_sd
+from rcc_sim.definitions.cycle import Cycle
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.knobs import bias_key, bias_knobs
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import replay
+from rcc_sim.simulate.run import LaneChanges, simulate
 from rcc_sim.trace import Trace
 
 OFFSET = -0.4  # m/s²; less than the noise, so that it would pass as one
@@ -94,3 +96,32 @@ def test_an_offset_beyond_what_zeroing_leaves_is_named(tmp_path):
     figure = one.figures["x_mps2"]
     assert figure.value == pytest.approx(OFFSET, abs=0.1)
     assert figure.low < OFFSET < figure.high
+
+
+@pytest.mark.slow
+def test_offsets_are_no_noise_that_remembers(tmp_path):
+    """In 17 s a memory could take them: a likeness of 0.99 from row to row."""
+    car, rng = load_vehicle("f1tenth"), np.random.default_rng(3)
+    cycle = Cycle("steps", np.arange(0, 18, 3.0), np.array([0, 2, 3, 1.5, 3, 1.0]))
+    run = simulate(car, cycle, lanes=LaneChanges(every=8.0)).trace
+    noise = {"speed_mps": 0.003, "motor_current_a": 0.25, "battery_power_w": 0.6}
+    noise |= {"yaw_rate_radps": 0.015, "accel_x_mps2": 0.15, "accel_y_mps2": 0.15}
+    off = {"yaw_rate_radps": 0.03, "accel_x_mps2": 0.25, "accel_y_mps2": -0.2}
+    given = {c: run[c] for c in ("time_s", "speed_ref_mps", "steer_cmd_rad")}
+    seen = {
+        c: run[c] + off.get(c, 0.0) + sd * rng.normal(size=len(run))
+        for c, sd in noise.items()
+    }
+    log = opened(car, Trace(given | seen, name="moved"), tmp_path)
+    found = {
+        f"{one.cause.effect}.{name}": figure
+        for one in diagnose([log], car).asserted
+        for name, figure in one.figures.items()
+    }
+    true = {
+        "yaw_rate_bias.bias_radps": 0.03,
+        "accelerometer_bias.x_mps2": 0.25,
+        "accelerometer_bias.y_mps2": -0.2,
+    }
+    assert {k: x.value for k, x in found.items()} == pytest.approx(true, rel=0.05)
+    assert all(x.low < true[k] < x.high for k, x in found.items())
