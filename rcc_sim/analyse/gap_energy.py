@@ -186,12 +186,11 @@ def energy_noise(
     return float(np.sqrt(scatter * BLOCKS * whole)) / J_PER_WH
 
 
-def bias_noise(log: Trace, vehicle: Vehicle, power: Array, weights: Array) -> float:
+def bias_noise(log: Trace, vehicle: Vehicle, weights: Array) -> float:
     """Return what the offsets of the battery's sensors do to an energy. [Wh]"""
     if has(log, "battery_power_w"):
-        return (
-            offset_sd(log, vehicle, "battery_power_w") * float(weights.sum()) / J_PER_WH
-        )
+        watts = offset_sd(log, vehicle, "battery_power_w")
+        return watts * float(weights.sum()) / J_PER_WH
     if not has(log, "battery_current_a"):
         return 0.0
     voltage = bridged(log["time_s"], log["battery_voltage_v"])

@@ -78,7 +78,7 @@ def energy_gap(
     moved = _power_moved(moved, simulated, at)
     noise = energy_noise(measured - model, weights, moved, POWER)
     shifts = energy_shifts(weights, moved, POWER)
-    bias = bias_noise(log, vehicle, measured, weights) if at == "battery" else 0.0
+    bias = bias_noise(log, vehicle, weights) if at == "battery" else 0.0
     energy = EnergyGap(
         at,
         float((np.where(ok, measured, 0) * weights).sum()) / J_PER_WH,

@@ -6,13 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.definitions.vehicle import Vehicle
+from rcc_sim.physics.effects import EFFECTS
 from rcc_sim.trace import Trace
 
 Array = NDArray[np.float64]
 
 OFFSETS = {
-    "accelerometer_bias": ("accel_x_mps2", "accel_y_mps2"),
-    "yaw_rate_bias": ("yaw_rate_radps",),
+    name: EFFECTS[name].channels for name in ("accelerometer_bias", "yaw_rate_bias")
 }
 """Effects that are the offset of a sensor, and its columns."""
 
