@@ -1,4 +1,4 @@
-"""How far a sensor may be off throughout a log, and be sound."""
+"""How far a sound sensor may be off throughout a log: an offset, a share."""
 
 from __future__ import annotations
 
@@ -31,6 +31,11 @@ WANDERS = {"yaw_rate_radps": 2e-3, "accel_x_mps2": 0.02, "accel_y_mps2": 0.02}
 """What warmth moves the zero of a zeroed sensor by, however little it is noisy: a tenth
 of a degree per second, two thousandths of g. [unit of the column]"""
 
+SCALES = {"motor_torque_nm": 0.03, "yaw_rate_radps": 0.015}
+"""Share that a sensor may read too much, one sd: a torque that an inverter works out,
+by the warm magnets and the saturation of a road car's motor; a gyro by its sensitivity,
+which data sheets of the usual chips give to 1 to 3 %."""
+
 CALM_PARTS = 30
 """Parts of a log of which the calmest tenth shows a sensor's noise."""
 
@@ -46,6 +51,17 @@ def offset_sd(log: Trace, vehicle: Vehicle, column: str) -> float:
     noise = calm_noise(log[column])
     share = ZEROED if column.startswith(AT_REST) else OTHERS
     return max(share * noise, WANDERS.get(column, 0.0) if noise > 0 else 0.0)
+
+
+def scale_sd(vehicle: Vehicle, column: str) -> float:
+    """Return the share that a sensor may read too much, one standard deviation.
+
+    As the vehicle's file states it, or else as is usual; 0 for one that has none.
+    """
+    sensor = vehicle.sensors.get(column)
+    if sensor is not None and sensor.scale_sd is not None:
+        return sensor.scale_sd.value
+    return SCALES.get(column, 0.0)
 
 
 def calm_noise(x: Array) -> float:

@@ -22,8 +22,8 @@ DELAYED = {
 POSE = ("x_m", "y_m", "yaw_rad", "elevation_m", "aux_power_w")
 """Columns that are measured as well, and whose delay is not modelled."""
 
-SCALED = "motor_torque_nm"
-"""The column that an inverter works out, and that may read too much throughout."""
+SCALED = ("motor_torque_nm", "yaw_rate_radps")
+"""Columns that may read too much throughout: what an inverter works out, a gyro."""
 
 
 def checked_sensors(raw: dict[str, Any], where: str) -> dict[str, Sensor]:
@@ -34,9 +34,9 @@ def checked_sensors(raw: dict[str, Any], where: str) -> dict[str, Sensor]:
         if column not in (*DELAYED, *POSE):
             raise unknown_key(where, at, (*DELAYED, *POSE))
         sensor = found[column] = checked(Sensor, table, where, at)
-        if sensor.scale_sd is not None and column != SCALED:
+        if sensor.scale_sd is not None and column not in SCALED:
             raise InputError(
-                f"{where}: {at}.scale_sd: is read of {SCALED} alone",
+                f"{where}: {at}.scale_sd: is read of {' and '.join(SCALED)} alone",
                 "a speed is off by tyres.radius_m, a current by current_sensor_scale",
             )
     return found

@@ -15,7 +15,7 @@ from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.descent import SHORTER
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
-from rcc_sim.diagnose.knobs import GAIN, figures_of
+from rcc_sim.diagnose.knobs import figures_of, scale_key
 from rcc_sim.diagnose.noise import FREEDOM, Whitener
 from rcc_sim.diagnose.problem import Problem, by_motion
 
@@ -203,13 +203,14 @@ def energy_percent(
     A torque that was measured reads as much too much as the first log says.
     """
     measured = simulated = 0.0
+    reads = scale_key(0, "motor_torque_nm")
     for figures, rows in fitted:
         vehicle = problems[0].vehicle.changed(settings=figures_of(figures))
         for i, p in enumerate(problems):
             power = logged_power(p.log)
             if power is None:
                 return None
-            out = p.by_true_torque(figures.get(GAIN, 0.0)).run(vehicle)
+            out = p.by_true_torque(figures.get(reads, 0.0)).run(vehicle)
             dt = np.gradient(p.log["time_s"])
             ok = np.isfinite(power) & np.isfinite(out["battery_power_w"])
             if rows is not None:

@@ -9,7 +9,7 @@ from math import exp, inf, isfinite
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.analyse.offsets import offset_sd
+from rcc_sim.analyse.offsets import offset_sd, scale_sd
 from rcc_sim.definitions.figure import Z_90
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.problem import Problem
@@ -23,20 +23,13 @@ CURRENT_LOOP_LAG = 0.003
 BEND_SHARE = 0.5
 """Share of a bend's drag that a driver may make up for late, one sd."""
 
-TORQUE_GAIN = 0.03
-"""Share that a torque which an inverter works out may be off, one sd, where none is
-stated: at the warm magnets and the saturation of a road car's motor."""
-
 LEAST = 0.2
 """Share of what is stated below which no mass, length or stiffness is."""
 
 RADIUS = "effects.wheel_radius.scale"
 YAW_INERTIA = "body.yaw_inertia_kgm2"
 
-BIAS = "bias."
-
-GAIN = BIAS + "0.gain"
-"""Key of the share by which the torque of the first log reads too much."""
+BIAS, SCALE = "bias.", ".scale"
 
 MOST_FACTOR = 2.0
 """Largest logarithm of a factor by which a step moves a figure."""
@@ -168,7 +161,8 @@ def bias_knobs(problem: Problem, log: int = 0) -> list[Knob]:
     """An offset for each sensor but those that count: encoder and charge.
 
     Nor for one whose offset was withheld: that is what is to be found. And the share
-    of each bend's drag that the power shows late, and the gain of a torque.
+    of each bend's drag that the power shows late, and that by which a torque or a gyro
+    reads too much.
     """
     knobs = []
     for c in problem.channels:
@@ -180,11 +174,10 @@ def bias_knobs(problem: Problem, log: int = 0) -> list[Knob]:
         if not counted and sd > 0:
             knobs.append(Knob(bias_key(log, c), 0.0, sd))
     knobs += [Knob(bias_key(log, name), 0.0, BEND_SHARE) for name in problem.bends]
-    for name in problem.gained:
-        torque = problem.vehicle.sensors.get("motor_torque_nm")
-        share = torque.scale_sd.value if torque and torque.scale_sd else TORQUE_GAIN
+    for column in problem.scaled:
+        share = scale_sd(problem.vehicle, column)
         if share > 0:
-            knobs.append(Knob(bias_key(log, name), 0.0, share))
+            knobs.append(Knob(scale_key(log, column), 0.0, share))
     return knobs
 
 
@@ -221,6 +214,11 @@ def nuisance_knobs(problems: Sequence[Problem]) -> list[Knob]:
 def bias_key(log: int, column: str) -> str:
     """Key of the offset of a sensor in one of the logs."""
     return f"{BIAS}{log}.{column}"
+
+
+def scale_key(log: int, column: str) -> str:
+    """Key of the share by which a sensor reads too much in one of the logs."""
+    return bias_key(log, column) + SCALE
 
 
 def figures_of(values: Mapping[str, float]) -> dict[str, float]:

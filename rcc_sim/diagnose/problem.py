@@ -42,7 +42,9 @@ BRAKED, SLIGHT = 1.0, 0.02
 """Time over which a torque that slows the car is a mean, and share of the largest that
 it must be: less is noise of the speed. Of the top speed: at less it stands. [s]"""
 
-LATERAL = ("yaw_rate_radps", TURN_RATE, "accel_y_mps2")
+GYRO, TORQUE = "yaw_rate_radps", "motor_torque_nm"
+
+LATERAL = (GYRO, TURN_RATE, "accel_y_mps2")
 
 RECALLS = (0.2, 1.0)
 """Times in which the model's speed, and its loop's integral, come to the log's. [s]
@@ -115,8 +117,8 @@ class Problem:
             found = [c for c in found if c not in apart]
         elif "battery_current_a" in found and "battery_power_w" in found:
             found.remove("battery_power_w")
-        if "motor_current_a" in found and "motor_torque_nm" in found:
-            found.remove("motor_torque_nm")
+        if "motor_current_a" in found and TORQUE in found:
+            found.remove(TORQUE)
         if not self.drive.steered:
             found = [c for c in found if c not in LATERAL]
         return tuple(found)
@@ -191,24 +193,25 @@ class Problem:
         }
 
     @cached_property
-    def gained(self) -> dict[str, list[Array]]:
-        """What a torque that reads too much does to each channel: ``gain``, per unit.
+    def scaled(self) -> dict[str, list[Array]]:
+        """What a sensor that reads too much does to each channel, per unit, by column.
 
-        An inverter works its torque out, from currents and a map. It is what an imposed
-        drive takes its power from; in a commanded one the current is measured.
+        A gyro does it to what it reads. An inverter works its torque out, from currents
+        and a map: it is what an imposed drive takes its power from, too; in a commanded
+        one the current is measured.
         """
-        column = "motor_torque_nm"
-        if not (self.drive.imposed and column in self.channels):
-            return {}
-        less = self.by_true_torque(A_LITTLE).predict({})
-        return {
-            "gain": [
-                np.nan_to_num(self.nominal[c])
-                if c == column
-                else np.nan_to_num(less[c] - self.nominal[c]) / A_LITTLE
+        found = {}
+        if GYRO in self.channels:
+            found[GYRO] = [self.nominal[c] * (c == GYRO) for c in self.channels]
+        if self.drive.imposed and TORQUE in self.channels:
+            less = self.by_true_torque(A_LITTLE).predict({})
+            found[TORQUE] = [
+                self.nominal[c]
+                if c == TORQUE
+                else (less[c] - self.nominal[c]) / A_LITTLE
                 for c in self.channels
             ]
-        }
+        return {name: list(map(np.nan_to_num, x)) for name, x in found.items()}
 
     def by_true_torque(self, gain: float) -> Problem:
         """Return the log with its measured torque, which reads so much too much."""

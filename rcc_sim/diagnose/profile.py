@@ -160,7 +160,8 @@ class Probe:
         start = engine.residuals(fit.values, coarse=True)
         size, moved = engine.aside(fit.values | {key: base}, Knob(key, base), size)
         pairs = zip(moved, start, strict=True)
-        self.signal = [np.nan_to_num((a - b) / size) for a, b in pairs]
+        per = 1 / size if size else 0.0  # at a bound on both sides
+        self.signal = [np.nan_to_num(per * (a - b)) for a, b in pairs]
         self.tracks = [
             i for i, w in enumerate(fit.noise) if np.any(self.signal[i][w.valid])
         ]
@@ -323,7 +324,7 @@ def likeliest(M: Array, b: Array, shape: Array) -> tuple[float, Array, Array, fl
     ``shape`` is the prior's inverse covariance at size 1.
     """
     k = len(b)
-    unit = 1 / (np.sqrt(np.trace(M) / k) or 1.0)
+    unit = 1 / (np.sqrt(max(np.trace(M), 0.0) / k) or 1.0)
     least = 0.5 * np.linalg.slogdet(shape)[1]
     best = (0.0, np.zeros(k), np.zeros(k), 0.0)
     for size in SIZES:

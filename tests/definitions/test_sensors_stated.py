@@ -61,7 +61,10 @@ def test_what_the_effect_states_counts(file_of):
         ("[sensors.yaw_rate]\nnoise_sd = 0.1", "sensors.yaw_rate: no such key"),
         ("[sensors.x_m]\nlatency_s = 0.1", "delay of this column is not modelled"),
         ("[sensors.speed_mps]\nlatency_s = 3", "between 0 and 2"),
-        ("[sensors.speed_mps]\nscale_sd = 0.1", "is read of motor_torque_nm alone"),
+        (
+            "[sensors.speed_mps]\nscale_sd = 0.1",
+            "is read of motor_torque_nm and yaw_rate_radps alone",
+        ),
         (
             "[sensors.speed_mps]\nlatency_s = 0.1\n"
             "[sensors.motor_speed_radps]\nlatency_s = 0.2",

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from rcc_sim.analyse.logged import Logged
+from rcc_sim.analyse.offsets import SCALES
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.knobs import TORQUE_GAIN, bias_knobs
+from rcc_sim.diagnose.knobs import bias_knobs, scale_key
 from rcc_sim.diagnose.posed import problem_of
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.simulate.run import simulate
@@ -56,8 +57,9 @@ def test_a_current_that_is_off_is_found_beside_it():
 def test_the_gain_is_what_the_file_states():
     exact = CAR.changed(settings={"sensors.motor_torque_nm.scale_sd": 0.002})
     problems = problem_of(drive(), CAR), problem_of(drive(), exact)
-    sds = [{k.key: k.sd for k in bias_knobs(p)}["bias.0.gain"] for p in problems]
-    assert sds == [TORQUE_GAIN, 0.002]
+    key = scale_key(0, "motor_torque_nm")
+    sds = [{k.key: k.sd for k in bias_knobs(p)}[key] for p in problems]
+    assert sds == [SCALES["motor_torque_nm"], 0.002]
 
 
 def test_the_energy_left_is_by_the_torque_as_it_reads():
