@@ -1,10 +1,11 @@
-"""A torque that an inverter works out is a few per cent off, and blames nobody."""
+"""A torque, or a gyro, that reads a few per cent too much blames nobody."""
 
 import numpy as np
 import pytest
 
-from rcc_sim.analyse.logged import Logged
+from rcc_sim.analyse.logged import Logged, open_log
 from rcc_sim.analyse.offsets import SCALES
+from rcc_sim.blind.make import make
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.knobs import bias_knobs, scale_key
@@ -70,3 +71,16 @@ def test_the_energy_left_is_by_the_torque_as_it_reads():
     shrink = found["shrink"]
     assert shrink["energy_by_measured_torque"]
     assert abs(shrink["energy_gap_percent_after"]) < 1.0
+
+
+@pytest.mark.slow
+def test_a_gyro_that_is_a_little_off_blames_no_steering(tmp_path):
+    """Drives of the blind plant; where the file calls the gyro exact, something is."""
+    make(tmp_path / "seen", cases=3, kinds=("null",), families=("rc",), seed=21)
+    for folder in sorted(p for p in (tmp_path / "seen").iterdir() if p.is_dir()):
+        car = load_vehicle(folder / "vehicle.toml")
+        opened = open_log(folder / "log.csv.gz", car)
+        opened.log.columns["yaw_rate_radps"] *= 1.02
+        assert diagnose([opened], car).asserted == ()
+        exact = car.changed(settings={"sensors.yaw_rate_radps.scale_sd": 0.0005})
+        assert diagnose([opened], exact).asserted != ()
