@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from rcc_sim.analyse.logcheck import check_log, file_findings
 from rcc_sim.analyse.logcheck.finding import (
     ELECTRICAL,
-    INERTIAL,
     KINEMATIC,
     Array,
     Finding,
@@ -23,6 +22,7 @@ from rcc_sim.analyse.logcheck.finding import (
 )
 from rcc_sim.analyse.logcheck.one_clock import one_clock
 from rcc_sim.analyse.stale import between_updates, refreshed
+from rcc_sim.definitions.sensors import INERTIAL
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
 from rcc_sim.readers import Log, read_log, with_vehicle

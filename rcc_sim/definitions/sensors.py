@@ -22,8 +22,11 @@ DELAYED = {
 POSE = ("x_m", "y_m", "yaw_rad", "elevation_m", "aux_power_w")
 """Columns that are measured as well, and whose delay is not modelled."""
 
-SCALED = ("motor_torque_nm", "yaw_rate_radps")
-"""Columns that may read too much throughout: what an inverter works out, a gyro."""
+INERTIAL = ("yaw_rate_radps", "accel_x_mps2", "accel_y_mps2")
+"""Columns of an inertial measurement unit: its gyro, its accelerometers."""
+
+SCALED = ("motor_torque_nm", *INERTIAL)
+"""Columns that may read too much throughout: what an inverter works out, an IMU's."""
 
 
 def checked_sensors(raw: dict[str, Any], where: str) -> dict[str, Sensor]:
@@ -36,7 +39,7 @@ def checked_sensors(raw: dict[str, Any], where: str) -> dict[str, Sensor]:
         sensor = found[column] = checked(Sensor, table, where, at)
         if sensor.scale_sd is not None and column not in SCALED:
             raise InputError(
-                f"{where}: {at}.scale_sd: is read of {' and '.join(SCALED)} alone",
+                f"{where}: {at}.scale_sd: is read of {', '.join(SCALED)} alone",
                 "a speed is off by tyres.radius_m, a current by current_sensor_scale",
             )
     return found

@@ -168,8 +168,8 @@ ADVICE = {
     "is stated",
     "sensors.latency_s": "how late it reads, one for all columns of a sensor; the same "
     "as that sensor's figure of effects.sensor_delay, which counts where both stand",
-    "sensors.scale_sd": "share by which it may read too much or too little; for now of "
-    "motor_torque_nm, 0.03 where none is stated, and of yaw_rate_radps, 0.015",
+    "sensors.scale_sd": "share by which it may read too much or too little; of "
+    "motor_torque_nm, 0.03 where none is stated, of yaw rate and accelerations, 0.015",
     "vehicle.name": "letters, digits, _ . and - only",
 }
 """Key -> what to say when its value is refused."""

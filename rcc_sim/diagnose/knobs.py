@@ -161,7 +161,7 @@ def bias_knobs(problem: Problem, log: int = 0) -> list[Knob]:
     """An offset for each sensor but those that count: encoder and charge.
 
     Nor for one whose offset was withheld: that is what is to be found. And the share
-    of each bend's drag that the power shows late, and that by which a torque or a gyro
+    of each bend's drag that the power shows late, and that by which a torque or an IMU
     reads too much.
     """
     knobs = []

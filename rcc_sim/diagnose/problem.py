@@ -13,6 +13,7 @@ from rcc_sim.analyse.charge import Charge, battery_energy
 from rcc_sim.analyse.gap_regimes import HELD, Scale, moving_mean, rows_in, stands
 from rcc_sim.analyse.gap_stages import torqued, untorqued
 from rcc_sim.analyse.heading import TURN_RATE, turn_rate
+from rcc_sim.definitions.sensors import INERTIAL
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.physics.step import SLIP_BLEND
 from rcc_sim.simulate.drive import Drive, integral_of, interval_of, is_surveyed
@@ -42,9 +43,9 @@ BRAKED, SLIGHT = 1.0, 0.02
 """Time over which a torque that slows the car is a mean, and share of the largest that
 it must be: less is noise of the speed. Of the top speed: at less it stands. [s]"""
 
-GYRO, TORQUE = "yaw_rate_radps", "motor_torque_nm"
+TORQUE = "motor_torque_nm"
 
-LATERAL = (GYRO, TURN_RATE, "accel_y_mps2")
+LATERAL = ("yaw_rate_radps", TURN_RATE, "accel_y_mps2")
 
 RECALLS = (0.2, 1.0)
 """Times in which the model's speed, and its loop's integral, come to the log's. [s]
@@ -196,13 +197,13 @@ class Problem:
     def scaled(self) -> dict[str, list[Array]]:
         """What a sensor that reads too much does to each channel, per unit, by column.
 
-        A gyro does it to what it reads. An inverter works its torque out, from currents
-        and a map: it is what an imposed drive takes its power from, too; in a commanded
-        one the current is measured.
+        An inertial sensor does it to what it reads. An inverter works its torque out,
+        from currents and a map: it is what an imposed drive takes its power from, too;
+        in a commanded one the current is measured.
         """
         found = {}
-        if GYRO in self.channels:
-            found[GYRO] = [self.nominal[c] * (c == GYRO) for c in self.channels]
+        for column in (c for c in self.channels if c in INERTIAL):
+            found[column] = [self.nominal[c] * (c == column) for c in self.channels]
         if self.drive.imposed and TORQUE in self.channels:
             less = self.by_true_torque(A_LITTLE).predict({})
             found[TORQUE] = [

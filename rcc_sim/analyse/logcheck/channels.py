@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from rcc_sim.analyse.logcheck.finding import (
     COMMANDS,
     DROPPED,
-    INERTIAL,
     KINEMATIC,
     MEASURED,
     Array,
@@ -22,6 +21,7 @@ from rcc_sim.analyse.logcheck.finding import (
     spread,
     when,
 )
+from rcc_sim.definitions.sensors import INERTIAL
 
 STILL = ("slope", "elevation_m", "aux_power_w", "ambient_temperature_degc")
 """What may be constant over a whole log."""

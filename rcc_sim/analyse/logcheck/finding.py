@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from rcc_sim.definitions.sensors import INERTIAL
 from rcc_sim.trace import Trace
 
 Array = NDArray[np.float64]
@@ -19,9 +20,6 @@ ORDER: tuple[Severity, ...] = ("error", "warning", "info")
 
 COMMANDS = ("speed_ref_mps", "throttle", "steer_cmd_rad")
 """What was commanded: may hold, step and sit at a limit."""
-
-INERTIAL = ("yaw_rate_radps", "accel_x_mps2", "accel_y_mps2")
-"""What an IMU measures."""
 
 KINEMATIC = (
     *("speed_mps", "motor_speed_radps", "yaw_rate_radps"),

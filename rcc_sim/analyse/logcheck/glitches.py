@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from rcc_sim.analyse.logcheck.finding import (
     ELECTRICAL,
-    INERTIAL,
     KINEMATIC,
     Array,
     Columns,
@@ -19,6 +18,7 @@ from rcc_sim.analyse.logcheck.finding import (
     spread,
     when,
 )
+from rcc_sim.definitions.sensors import INERTIAL
 
 HARDEST = 40.0
 """Acceleration that no wheeled vehicle holds over a row. [m/s²]"""
