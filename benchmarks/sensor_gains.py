@@ -18,7 +18,6 @@ from rcc_sim.analyse.logged import Logged, open_log
 from rcc_sim.blind.make import make
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.run import diagnose
-from rcc_sim.trace import Trace
 
 GAINS = {
     "yaw_rate_radps": (0.98, 1.02, 1.03),
@@ -34,7 +33,7 @@ GAINS = {
 def scaled(log: Logged, column: str, times: float) -> Logged:
     """Return a log one of whose columns reads some times as much."""
     columns = log.log.columns | {column: times * log.log[column]}
-    return replace(log, log=Trace(columns, name=log.log.name))
+    return replace(log, log=replace(log.log, columns=columns))
 
 
 def main() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.definitions.sensors import INERTIAL
+from rcc_sim.definitions.sensors import SCALES
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.physics.effects import EFFECTS
 from rcc_sim.trace import Trace
@@ -31,11 +31,6 @@ OTHERS = 0.5
 WANDERS = {"yaw_rate_radps": 2e-3, "accel_x_mps2": 0.02, "accel_y_mps2": 0.02}
 """What warmth moves the zero of a zeroed sensor by, however little it is noisy: a tenth
 of a degree per second, two thousandths of g. [unit of the column]"""
-
-SCALES = {"motor_torque_nm": 0.03, **dict.fromkeys(INERTIAL, 0.015)}
-"""Share that a sensor may read too much, one sd: a torque that an inverter works out,
-by the warm magnets and the saturation of a road car's motor; gyro and accelerometers by
-their sensitivity, which data sheets of the usual chips give to 1 to 3 %."""
 
 CALM_PARTS = 30
 """Parts of a log of which the calmest tenth shows a sensor's noise."""

@@ -25,8 +25,10 @@ POSE = ("x_m", "y_m", "yaw_rad", "elevation_m", "aux_power_w")
 INERTIAL = ("yaw_rate_radps", "accel_x_mps2", "accel_y_mps2")
 """Columns of an inertial measurement unit: its gyro, its accelerometers."""
 
-SCALED = ("motor_torque_nm", *INERTIAL)
-"""Columns that may read too much throughout: what an inverter works out, an IMU's."""
+SCALES = {"motor_torque_nm": 0.03, **dict.fromkeys(INERTIAL, 0.015)}
+"""Share that a sensor may read too much, one sd: a torque that an inverter works out,
+by the warm magnets and the saturation of a road car's motor; gyro and accelerometers by
+their sensitivity, which data sheets of the usual chips give to 1 to 3 %."""
 
 
 def checked_sensors(raw: dict[str, Any], where: str) -> dict[str, Sensor]:
@@ -37,9 +39,9 @@ def checked_sensors(raw: dict[str, Any], where: str) -> dict[str, Sensor]:
         if column not in (*DELAYED, *POSE):
             raise unknown_key(where, at, (*DELAYED, *POSE))
         sensor = found[column] = checked(Sensor, table, where, at)
-        if sensor.scale_sd is not None and column not in SCALED:
+        if sensor.scale_sd is not None and column not in SCALES:
             raise InputError(
-                f"{where}: {at}.scale_sd: is read of {', '.join(SCALED)} alone",
+                f"{where}: {at}.scale_sd: is read of {', '.join(SCALES)} alone",
                 "a speed is off by tyres.radius_m, a current by current_sensor_scale",
             )
     return found

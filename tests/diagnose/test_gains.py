@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from rcc_sim.analyse.logged import Logged, open_log
-from rcc_sim.analyse.offsets import SCALES
 from rcc_sim.blind.make import make
 from rcc_sim.definitions.cycle import parse_cycle
+from rcc_sim.definitions.sensors import SCALES
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.knobs import bias_knobs, scale_key
 from rcc_sim.diagnose.posed import problem_of
