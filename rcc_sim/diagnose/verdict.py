@@ -67,18 +67,24 @@ INTERVAL = 1.45
 
 @dataclass(frozen=True)
 class Estimate:
-    """A figure found, with its 90 % interval; ``stated`` is the vehicle file's."""
+    """A figure found, with its 90 % interval; ``stated`` is the vehicle file's.
+
+    Of one that varies the mean, and the ``least`` and ``most`` over the drive.
+    """
 
     value: float
     low: float
     high: float
     sd: float
     stated: float | None = None
+    least: float | None = None
+    most: float | None = None
 
     def document(self) -> dict[str, float]:
         """Return what ``--json`` prints of it."""
         told = {"value": self.value, "low": self.low, "high": self.high}
-        return told if self.stated is None else told | {"stated": self.stated}
+        names = ("stated", "least", "most")
+        return told | {n: x for n in names if (x := getattr(self, n)) is not None}
 
 
 @dataclass(frozen=True)
@@ -249,13 +255,16 @@ def resolution(knob: Knob, value: float, row: float) -> float:
 
 
 def _of_profile(fit: Fit, key: str, cause: Cause, stated: float) -> Estimate:
-    """Mean of a profile and what it acts on top of: fitted, else as the file states."""
+    """Mean and ends of a profile and what it acts on: fitted, else as stated."""
     profile = next(iter(cause.profiles.values()))
-    least, most = EFFECTS[cause.effect].param(key.rpartition(".")[2]).bounds
-    mean = float(profile.value.mean()) + fit.values.get(key, stated)
+    bounds = EFFECTS[cause.effect].param(key.rpartition(".")[2]).bounds
+    base = fit.values.get(key, stated)
+    every = np.concatenate([p.value for p in cause.profiles.values()]) + base
+    mean = float(profile.value.mean()) + base
     sd = INTERVAL * profile.mean_sd
-    value, low, high = np.clip([mean, mean - Z_90 * sd, mean + Z_90 * sd], least, most)
-    return Estimate(float(value), float(low), float(high), sd)
+    told = [mean, mean - Z_90 * sd, mean + Z_90 * sd, every.min(), every.max()]
+    value, low, high, least, most = np.clip(told, *bounds).tolist()
+    return Estimate(value, low, high, sd, least=least, most=most)
 
 
 def ranking(

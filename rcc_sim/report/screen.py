@@ -13,7 +13,7 @@ from rcc_sim.analyse.gap_energy import COVERAGE, logged_power
 from rcc_sim.analyse.gap_regimes import moving_mean
 from rcc_sim.diagnose.experiment import Experiment
 from rcc_sim.diagnose.run import Diagnosis
-from rcc_sim.diagnose.verdict import Asserted, moved
+from rcc_sim.diagnose.verdict import Asserted, Estimate, moved
 from rcc_sim.report.channels import way_of
 from rcc_sim.report.html_parts import OTHERS
 from rcc_sim.report.text import figures, percent, printable, probable, sparkline
@@ -158,20 +158,28 @@ def _bars(found: Diagnosis, room: int) -> tuple[str, str] | None:
 
 def _cause(a: Asserted) -> str:
     told = ", ".join(
-        f"{k} {figures(x.value, 4)} ({figures(x.low, 4)} to {figures(x.high, 4)})"
+        f"{k} {_ends(x)}{figures(x.value, 4)} ({figures(x.low, 4)} to "
+        + f"{figures(x.high, 4)})"
         + ", at its bound" * (x.value in (x.low, x.high))
         + (f", stated {figures(x.stated, 4)}" if x.stated is not None else "")
         for k, x in a.figures.items()
     )
-    varies = ", varies over the drive (--profiles)" if a.cause.profiles else ""
     sure, first = probable(a.probability), a.cause.effect
     if not a.cause.tied:
-        return f"{first}, probability {sure}: {told}{varies}"
+        return f"{first}, probability {sure}: {told}"
     any_of = " or ".join((first, *a.cause.tied))
     return (
         f"{any_of}: this log cannot tell them apart, probability {sure} that one of "
-        f"them acts; if {first}: {told}{varies}"
+        f"them acts; if {first}: {told}"
     )
+
+
+def _ends(x: Estimate) -> str:
+    """Return between what a figure varies, if it does."""
+    if x.least is None or x.most is None:
+        return ""
+    ends = f"{figures(x.least, 3)} to {figures(x.most, 3)}"
+    return f"varies over the drive, {ends} (--profiles), mean "
 
 
 def _rivals(found: Diagnosis) -> Iterator[tuple[str, str]]:

@@ -180,11 +180,19 @@ def strength(name: str, figure: Any) -> str:
     'mass 1.25 kg'
     >>> strength("power_w", {"value": 1851.0, "stated": 350.0})
     'power 1851 W, stated 350'
+    >>> strength("slope", {"value": 0.0001, "least": -0.026, "most": 0.031})
+    'slope −0.026 to 0.031, mean 0.0001'
     """
-    value = figure.get("value") if isinstance(figure, Mapping) else figure
+    of = figure if isinstance(figure, Mapping) else {"value": figure}
+    value, stated = of.get("value"), of.get("stated")
     unit = unit_of(name)
     ends = (e for e in SUFFIXES if name.endswith("_" + e))
     plain = name.removesuffix("_" + next(ends, "")).replace("_", " ")
-    told = f"{plain} {figures(value)}" + (f" {unit}" if unit != "1" else "")
-    stated = figure.get("stated") if isinstance(figure, Mapping) else None
+    told, mean = figures(value), ""
+    if of.get("least") is not None:
+        told, mean = (
+            f"{figures(of['least'])} to {figures(of['most'])}",
+            f", mean {told}",
+        )
+    told = f"{plain} {told}" + (f" {unit}" if unit != "1" else "") + mean
     return told if stated is None else f"{told}, stated {figures(stated)}"
