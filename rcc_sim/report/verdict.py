@@ -184,15 +184,14 @@ def strength(name: str, figure: Any) -> str:
     'slope −0.026 to 0.031, mean 0.0001'
     """
     of = figure if isinstance(figure, Mapping) else {"value": figure}
-    value, stated = of.get("value"), of.get("stated")
-    unit = unit_of(name)
+    unit = "" if unit_of(name) == "1" else f" {unit_of(name)}"
     ends = (e for e in SUFFIXES if name.endswith("_" + e))
     plain = name.removesuffix("_" + next(ends, "")).replace("_", " ")
-    told, mean = figures(value), ""
-    if of.get("least") is not None:
-        told, mean = (
-            f"{figures(of['least'])} to {figures(of['most'])}",
-            f", mean {told}",
-        )
-    told = f"{plain} {told}" + (f" {unit}" if unit != "1" else "") + mean
+    told = figures(of.get("value"))
+    if "least" in of:
+        span = f"{figures(of['least'])} to {figures(of['most'])}"
+        told = f"{plain} {span}{unit}, mean {told}"
+    else:
+        told = f"{plain} {told}{unit}"
+    stated = of.get("stated")
     return told if stated is None else f"{told}, stated {figures(stated)}"

@@ -6,6 +6,7 @@ import pytest
 from rcc_sim.analyse.logged import open_log
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose.deliver import acting
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import replay
@@ -54,6 +55,9 @@ def test_a_heater_that_switches_is_named_with_its_mean(tmp_path, heater):
     told, true = one.figures["power_w"], CAR.figures()[LOAD].value + heater(time).mean()
     assert told.low < true < told.high
     assert told.value == pytest.approx(true, rel=0.35)
+    written, _ = acting(found, one.cause)
+    assert told.most == pytest.approx(written.max(), rel=0.02)
+    assert told.least < told.value < told.most
 
 
 def test_a_rough_road_alone_is_no_load(tmp_path):
