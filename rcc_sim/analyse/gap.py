@@ -34,9 +34,10 @@ from rcc_sim.analyse.gap_stages import StageGap, stage_gaps, untorqued
 from rcc_sim.analyse.gap_windows import Window, windows
 from rcc_sim.analyse.logcheck.finding import Finding
 from rcc_sim.analyse.logged import COMPARED, Logged
+from rcc_sim.analyse.sampled import drive_as_sampled
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
-from rcc_sim.simulate.drive import Drive, drive_of, has, has_commands, is_imposed
+from rcc_sim.simulate.drive import Drive, has, has_commands, is_imposed
 from rcc_sim.trace import Trace
 
 Array = NDArray[np.float64]
@@ -119,8 +120,8 @@ def gap(
     repeats : sequence of Trace
         Other logs of the same drive, from which noise is known.
     window : float or None
-        Time before a row over which its currents and powers are means; None: 10 ms,
-        or the whole interval of a simulated trace. [s]
+        Time before a row over which its currents and powers are means; None: as the
+        log tells (:func:`rcc_sim.analyse.sampled.drive_as_sampled`). [s]
     progress : callable or None
         Told the share that is done.
 
@@ -131,7 +132,7 @@ def gap(
     """
     log = logged.log
     _refuse_unusable(logged, vehicle)
-    drive = drive_of(log, vehicle, window or window_of(log))
+    drive = drive_as_sampled(log, vehicle, window)
     charge = charge_of(log, vehicle) if drive.imposed else None
     if charge is not None:
         drive = replace(drive, window=inf)
@@ -232,11 +233,6 @@ def _refuse_unusable(logged: Logged, vehicle: Vehicle) -> None:
                 "the motion has to drive the model, for the log holds no commands "
                 f"that {vehicle.name} obeys; {finding.action}",
             )
-
-
-def window_of(log: Trace) -> float:
-    """Return 10 ms, or without end for a trace whose flows are means since a row."""
-    return 1e9 if "battery_energy_j" in log else 0.01
 
 
 def _channels(log: Trace, drive: Drive, simulated: dict[str, Array]) -> tuple[str, ...]:

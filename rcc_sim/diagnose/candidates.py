@@ -105,9 +105,11 @@ class Search:
         return self.acts == "steps"
 
     @property
-    def is_least(self) -> bool:
-        """Whether there is a strength below which it is none: its lower bound."""
-        return self.low > self.neutral
+    def weakest(self) -> float | None:
+        """Strength of which no weaker one may be told, a bound of it; None: any may."""
+        if self.acts == "slip" and isfinite(self.high):
+            return self.high
+        return self.low if self.low > self.neutral else None
 
     @property
     def opens(self) -> bool:
@@ -261,6 +263,10 @@ def search_of(problem: Problem, effect: Effect, param: Param) -> Search:
         if param.acts == "rows":
             low = max(low, BLURRED * problem.drive.smear)
             grid = tuple(x for x in grid if x >= low) or (low,)
+    if param.acts == "slip" and problem.drive.imposed:
+        high = stiffest(problem)
+        low = min(low, high)
+        grid = tuple(x for x in grid if x < high) or (high,)
     a, b = param.typical
     small = problem.small.get(unit_of(param.name))
     least = 0.0
@@ -286,6 +292,18 @@ def search_of(problem: Problem, effect: Effect, param: Param) -> Search:
     opposes = tuple(f"effects.{effect.id}.{name}" for name in param.sought.opposes)
     how = (param.acts, param.sought.same_as, opposes)
     return Search(key, neutral, low, high, first, grid, *how, least, most, likely)
+
+
+def stiffest(problem: Problem) -> float:
+    """Slip stiffness [N] beyond which an imposed drive tells none: C = m v / T.
+
+    Wheels that slip by kappa = m a / C turn at v (1 + kappa) = v + a (m v / C): they are
+    ahead of the road by a time m v / C. The drive's acceleration is smeared over a time
+    T itself, and what that leaves is taken up by any slip as well.
+    """
+    mass, row = problem.vehicle.body.mass_kg.value, problem.row
+    speed = float(np.sqrt(np.mean(problem.speed**2)))
+    return mass * speed / max(SMEARED * row, problem.drive.smear)
 
 
 def grid_of(problem: Problem, param: Param) -> tuple[float, ...]:

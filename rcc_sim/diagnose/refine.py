@@ -268,7 +268,6 @@ def refine(
         return []
     close = [r for r in every if r.before > FAR_BEHIND * best.before]
     if any(r.trusted + max(r.eased, TIED) >= needed for r in close):
-        close = [beyond_least(engine, base, r, along) for r in close]
         close = by_its_noise(engine, base, close, best)
     return ranked(close)
 
@@ -287,26 +286,27 @@ def handicap(screened: Screened, fit: Fit) -> float:
     return less + one.price(fit.values, screened.values)
 
 
-def beyond_least(engine: Engine, base: Fit, found: Refined, along: Tangent) -> Refined:
-    """Count what a candidate gains beyond the least strength that may be told.
+def beyond_least(engine: Engine, base: Fit, found: Refined, along: Tangent) -> float:
+    """Nats that a candidate gains beyond the least strength that may be told.
 
     The acceleration of an imposed drive is smeared over a row or two: what a delay of
-    as many gains there it gains by smoothing, and by any longer one as well.
+    as many gains there, or a slip that comes to one, it gains by smoothing, and by any
+    longer one as well. Judged by the noise of the base, which is to be that of the fit.
     """
-    searches = {s.key: s for s in found.screened.candidate.searches}
-    held = {k: searches[k].low for k in found.screened.values if searches[k].is_least}
+    weakest = {s.key: s.weakest for s in found.screened.candidate.searches}
+    values = {k: found.fit.values[k] for k in found.screened.values}
+    held = {k: x for k in values if (x := weakest[k]) is not None}
     if not (held and engine.problems[0].drive.imposed):
-        return found
+        return inf
     knobs = [k for k in base.knobs if k.key not in held]
     gone = [i for i, k in enumerate(base.knobs) if k.key in held]
-    start = base.values | found.screened.values | held
-    least = engine.attempt(start, knobs, base.noise)
+    least = engine.attempt(base.values | values | held, knobs, base.noise)
     if least is None:
-        return found
+        return inf
     least = descent.improve(
         engine, least, along=along.but(gone), fixed=True, rounds=STEPS
     )
-    return replace(found, beyond=found.fit.score - least.score)
+    return found.fit.score - least.score
 
 
 def by_its_noise(
@@ -330,7 +330,8 @@ def by_its_noise(
         after = fit.score - again.score - handicap(r.screened, fit)
         even = steady(engine.gains(again, fit))
         eased = fit.prior - again.prior
-        return replace(r, fit=fit, after=after, eased=eased, steady=even)
+        done = replace(r, fit=fit, after=after, eased=eased, steady=even)
+        return replace(done, beyond=beyond_least(engine, again, done, along))
 
     return engine.each(one, found)
 

@@ -18,9 +18,10 @@ weight [N] or wheelbase [m]; the time between two rows, or between two orders th
 can tell apart [s]; the highest motor speed [rad/s], the largest angle of the wheels
 [rad], current [A], current or torque of braking [A, N m] of the drive."""
 
-ACTS = ("", "steps", "clock", "rows")
+ACTS = ("", "steps", "clock", "rows", "slip")
 """How a model changes as a figure moves: smoothly; all at once, where a command passes
-a threshold; with no slope at all, as with a period; by whole rows of a log."""
+a threshold; with no slope at all, as with a period; by whole rows of a log; as a tyre's
+slip, by which the wheels are ahead in time."""
 
 DRIVES = (
     *("commanded", "imposed", "speed_loop", "throttle"),

@@ -192,8 +192,10 @@ def step_imposed(p, c, s, u, f, E, flow, v_1, r_1, dt):
 
     The torque that this takes is worked out backwards; what the motor may not
     brake, the friction brakes do; what it could not give is counted, not cut. Its
-    wheels are turned by as much as the bend asks of wheels that do not slip.
+    wheels are turned by as much as the bend asks of wheels that do not slip. No bend is
+    tighter than the wheelbase: what a gyro reads beyond is its noise at a standstill.
     """
+    r_1 = min(max(r_1, -v_1 / c.l), v_1 / c.l)
     f.v = 0.5 * (s.v_x + v_1)
     f.a = (v_1 - s.v_x) / dt
     f.moving = dt

@@ -7,6 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rcc_sim.simulate.spans import nats_for_means
+
 Array = NDArray[np.float64]
 
 ROUNDS = 6
@@ -48,6 +50,12 @@ PASSING = 0.25
 
 PIECES = 10
 """Times that a reading counts at most that stands for long."""
+
+HALF_A_ROW = 0.05
+"""Time between two rows below which half of one is nothing. [s]"""
+
+MEANS = 10.0
+"""Nats by which an accelerometer's rows must be means to be taken as such."""
 
 ROUNDING = 1e-9
 """Share of a channel's size below which a difference is none."""
@@ -99,6 +107,17 @@ class Smoothed(NamedTuple):
     smear: float = 0.0
 
 
+class Felt(NamedTuple):
+    """An accelerometer's rows [m/s²]; whether they are means since the row before."""
+
+    accel: Array
+    means: bool = False
+
+    def part(self, rows: slice) -> Felt:
+        """Return some of its rows."""
+        return Felt(self.accel[rows], self.means)
+
+
 def smoothed(
     time: Array, speed: Array, accel: Array | None = None, jerk: float | None = None
 ) -> Smoothed:
@@ -112,7 +131,8 @@ def smoothed(
     time, speed : ndarray, shape (n,)
         As logged; NaN where no speed is known. [s], [m/s]
     accel : ndarray or None
-        Logged acceleration, a second witness. [m/s²]
+        Logged acceleration, a second witness: samples, or means since the row before,
+        whichever the speed says. [m/s²]
     jerk : float or None
         Spectral size of the jerk; chosen by cross-validation where None. [m/s³ √s]
     """
@@ -126,11 +146,23 @@ def smoothed(
     else:
         told = speed
         noise = max(sensor_noise(speed), 1e-6 * float(np.abs(speed[known]).max()))
+    felt = None if accel is None else felt_as(time, told, accel, noise)
     if jerk is None:
-        jerk = chosen_jerk(time, told, noise=noise, accel=accel)
-    calm, change = smooth_speed(time, told, noise=noise, jerk=jerk, accel=accel)
+        jerk = chosen_jerk(time, told, noise=noise, felt=felt)
+    calm, change = smooth_speed(time, told, noise=noise, jerk=jerk, felt=felt)
     row = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
     return Smoothed(calm, change, (noise * row**0.5 / jerk) ** 0.5)
+
+
+def felt_as(time: Array, speed: Array, accel: Array, noise: float) -> Felt:
+    """Return what an accelerometer's rows are, by the speed [m/s] without it."""
+    row = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
+    if row < HALF_A_ROW:
+        return Felt(accel)
+    jerk = chosen_jerk(time, speed, noise=noise)
+    calm, _ = smooth_speed(time, speed, noise=noise, jerk=jerk)
+    mean = np.diff(calm, prepend=calm[0]) / np.diff(time, prepend=time[0] - row)
+    return Felt(accel, nats_for_means(accel, mean) > MEANS)
 
 
 def rounded_to(speed: Array) -> float:
@@ -182,7 +214,7 @@ def passed(speed: Array) -> Array:
 
 
 def chosen_jerk(
-    time: Array, speed: Array, *, noise: float, accel: Array | None = None
+    time: Array, speed: Array, *, noise: float, felt: Felt | None = None
 ) -> float:
     """Return the jerk [m/s³ √s] that foresees rows of the speed best that it never saw.
 
@@ -194,7 +226,7 @@ def chosen_jerk(
     middle = max((n - ENOUGH) // 2, 0)
     part = slice(middle, middle + ENOUGH)
     t, v = time[part], speed[part]
-    a = None if accel is None else accel[part]
+    beside = None if felt is None else felt.part(part)
     held = np.zeros(len(t), dtype=bool)
     held[EVERY // 2 :: EVERY] = True
     held &= np.isfinite(v)
@@ -209,14 +241,14 @@ def chosen_jerk(
     scale = max(float(np.std(change)), 10 * noise)
     best = (np.inf, GRID[2] * scale)
     for share in GRID:
-        x, _ = smooth_speed(t, given, noise=noise, jerk=share * scale, accel=a)
+        x, _ = smooth_speed(t, given, noise=noise, jerk=share * scale, felt=beside)
         missed = float(np.log1p(((x - v)[held] / noise) ** 2 / 4).sum())
         best = min(best, (missed, share * scale))
     return best[1]
 
 
 def smooth_speed(
-    time: Array, speed: Array, *, noise: float, jerk: float, accel: Array | None = None
+    time: Array, speed: Array, *, noise: float, jerk: float, felt: Felt | None = None
 ) -> tuple[Array, Array]:
     r"""Speed [m/s], acceleration [m/s²] of a drive that changes it seldom but freely.
 
@@ -226,39 +258,47 @@ def smooth_speed(
 
     where w follows a Cauchy distribution (spectral size ``jerk`` [m/s³ √s]): smooth
     while a speed is held or a ramp driven, and free at the corners between. An
-    accelerometer, its median offset taken off, is a second witness of a. Solved by
-    reweighted least squares on a banded system; rows without a speed are bridged.
+    accelerometer, its median offset taken off, is a second witness: of a, or, where its
+    rows are means, of how v changed since the row before. Solved by reweighted least
+    squares on a banded system; rows without a speed are bridged.
     """
     out = np.zeros((len(time), 2))
     for start in range(0, len(time), PIECE):
         low, high = max(start - OVERLAP, 0), min(start + PIECE + OVERLAP, len(time))
         if not np.isfinite(speed[low:high]).any():
             continue
-        witness = None if accel is None else accel[low:high]
+        witness = None if felt is None else felt.part(slice(low, high))
         x = _piece(time[low:high], speed[low:high], witness, noise, jerk)
         out[start : start + PIECE] = x[start - low :][:PIECE]
     return out[:, 0], out[:, 1]
 
 
 def _piece(
-    time: Array, speed: Array, accel: Array | None, noise: float, jerk: float
+    time: Array, speed: Array, felt: Felt | None, noise: float, jerk: float
 ) -> Array:
     from scipy.linalg import solveh_banded
 
     n = len(time)
     dt = np.diff(time)
     known = np.isfinite(speed)
-    seen, offset, accel_noise = _witness(time, speed, accel)
+    seen, offset, accel_noise = _witness(time, speed, felt and felt.accel)
     right = np.zeros(2 * n)
     right[0::2] = np.where(known, speed, 0.0) / noise**2
-    sure = np.full(n, 1e-9)
-    if accel is not None:
-        sure += seen / accel_noise**2
-        right[1::2] = np.where(seen, accel - offset, 0.0) / accel_noise**2
+    sure, change_sure = np.full(n, 1e-9), np.zeros(n - 1)
+    if felt is not None:
+        change = np.where(seen, felt.accel - offset, 0.0) / accel_noise**2
+        if felt.means:  # (v_k - v_(k-1)) / dt at row k
+            change_sure = seen[1:] / (accel_noise * dt) ** 2
+            right[2::2] += change[1:] / dt
+            right[:-2:2] -= change[1:] / dt
+        else:
+            sure += seen / accel_noise**2
+            right[1::2] = change
     weight = np.ones(n - 1)
     x = np.zeros((n, 2))
     for _ in range(ROUNDS):
-        bands = _bands(dt, weight / jerk**2, known / noise**2, sure)
+        stiff = weight / jerk**2
+        bands = _bands(dt, stiff, known / noise**2, sure, change_sure)
         x = solveh_banded(
             bands, right, lower=True, overwrite_ab=True, check_finite=False
         ).reshape(n, 2)
@@ -283,8 +323,13 @@ def _witness(
     return seen, offset, max(sensor_noise(accel), 1e-6)
 
 
-def _bands(dt: Array, stiff: Array, v_sure: Array, a_sure: Array) -> Array:
-    """Return the lower bands of the normal equations of v and a, side by side."""
+def _bands(
+    dt: Array, stiff: Array, v_sure: Array, a_sure: Array, change_sure: Array
+) -> Array:
+    """Return the lower bands of the normal equations of v and a, side by side.
+
+    The information on each row's v and a, and on the change of v since the row before.
+    """
     n = len(v_sure)
     w_v, w_a = 12 * stiff / dt**3, stiff / dt
     half = w_v * dt / 2
@@ -293,12 +338,12 @@ def _bands(dt: Array, stiff: Array, v_sure: Array, a_sure: Array) -> Array:
     bands[0, 0::2] = v_sure
     bands[0, 1::2] = a_sure
     for side in (slice(0, -1), slice(1, None)):
-        bands[0, 0::2][side] += w_v
+        bands[0, 0::2][side] += w_v + change_sure
         bands[0, 1::2][side] += mixed + w_a
     bands[1, 0::2][:-1] += half
     bands[1, 0::2][1:] -= half
     bands[1, 1::2][:-1] = -half
-    bands[2, 0::2][:-1] = -w_v
+    bands[2, 0::2][:-1] = -w_v - change_sure
     bands[2, 1::2][:-1] = mixed - w_a
     bands[3, 0::2][:-1] = half
     return bands

@@ -70,7 +70,7 @@ EFFECT = Effect(
             typical=(100.0, 1e6),
             about="slip stiffness C of the driven tyres together; about 10 to 20 times "
             "the weight on them",
-            sought=Sought(tried=(3.0, 6.0, 12.0, 25.0), of="weight"),
+            sought=Sought(tried=(3.0, 6.0, 12.0, 25.0), of="weight", acts="slip"),
         ),
     ),
     channels=("speed_mps", "motor_speed_radps"),

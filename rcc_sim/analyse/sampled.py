@@ -1,0 +1,71 @@
+"""Whether a log's currents and powers are samples, or means since the row before."""
+
+from __future__ import annotations
+
+from math import inf
+
+from rcc_sim.analyse.gap_energy import logged_power
+from rcc_sim.analyse.gap_stages import untorqued
+from rcc_sim.definitions.vehicle import Vehicle
+from rcc_sim.simulate.drive import Drive, drive_of, has, interval_of
+from rcc_sim.simulate.replay import replay
+from rcc_sim.simulate.spans import nats_for_means
+from rcc_sim.trace import Trace
+
+SAMPLE = 0.01
+"""Time over which a sample is a mean: an inverter's own. [s]"""
+
+LONG = 0.05
+"""Rows shorter than this are not asked: what half of one makes is no cause. [s]"""
+
+ENOUGH = 10.0
+"""Nats by which flows must be means to be taken as such; most are told by hundreds."""
+
+FLOWS = (
+    *("motor_current_a", "motor_torque_nm"),
+    *("battery_current_a", "battery_power_w"),
+)
+
+
+def drive_as_sampled(
+    log: Trace, vehicle: Vehicle, window: float | None = None
+) -> Drive:
+    """Return what drove the vehicle of a log, its flows averaged as its logger does.
+
+    Parameters
+    ----------
+    log, vehicle
+        As for :func:`rcc_sim.simulate.drive.drive_of`.
+    window : float or None
+        Time before a row over which flows are averaged; None: as the log tells, 10 ms
+        for samples, without end for means since the row before. [s]
+
+    Raises
+    ------
+    InputError
+        If the log has neither commands nor a speed.
+    """
+    if window is not None:
+        return drive_of(log, vehicle, window)
+    if "battery_energy_j" in log:  # our own trace
+        return drive_of(log, vehicle, inf)
+    sampled = drive_of(log, vehicle, SAMPLE)
+    if interval_of(log["time_s"]) < LONG:
+        return sampled
+    averaged = drive_of(log, vehicle, inf)
+    return averaged if holds_means(log, vehicle, averaged) else sampled
+
+
+def holds_means(log: Trace, vehicle: Vehicle, drive: Drive) -> bool:
+    """Tell whether a log's flows are means since the row before.
+
+    ``drive`` is the log's, its flows averaged from row to row; its motion alone drives
+    it here, because a torque that was logged is a flow itself.
+    """
+    power = logged_power(log)
+    seen = {c: log[c] for c in FLOWS if has(log, c)}
+    if power is not None:
+        seen["battery_power_w"] = power
+    mean = replay(vehicle, untorqued(drive))
+    nats = [nats_for_means(x, mean[c]) for c, x in seen.items() if c in mean]
+    return sum(nats) > ENOUGH
