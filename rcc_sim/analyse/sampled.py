@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import inf
 
 from rcc_sim.analyse.gap_energy import logged_power
@@ -49,23 +50,31 @@ def drive_as_sampled(
         return drive_of(log, vehicle, window)
     if "battery_energy_j" in log:  # our own trace
         return drive_of(log, vehicle, inf)
-    sampled = drive_of(log, vehicle, SAMPLE)
-    if interval_of(log["time_s"]) < LONG:
-        return sampled
-    averaged = drive_of(log, vehicle, inf)
-    return averaged if holds_means(log, vehicle, averaged) else sampled
+    means = interval_of(log["time_s"]) >= LONG and holds_means(log, vehicle)
+    return drive_of(log, vehicle, inf if means else SAMPLE)
 
 
-def holds_means(log: Trace, vehicle: Vehicle, drive: Drive) -> bool:
+def holds_means(log: Trace, vehicle: Vehicle) -> bool:
     """Tell whether a log's flows are means since the row before.
 
-    ``drive`` is the log's, its flows averaged from row to row; its motion alone drives
-    it here, because a torque that was logged is a flow itself.
+    Neither an accelerometer nor a torque that was logged drives the model here: they
+    are samples or means themselves, and would draw it to either.
     """
+    kept = {c: x for c, x in log.columns.items() if c != "accel_x_mps2"}
+    drive = untorqued(drive_of(Trace(kept, name=log.name), vehicle, inf))
+    row = interval_of(drive.time)
     power = logged_power(log)
     seen = {c: log[c] for c in FLOWS if has(log, c)}
     if power is not None:
         seen["battery_power_w"] = power
-    mean = replay(vehicle, untorqued(drive))
-    nats = [nats_for_means(x, mean[c]) for c, x in seen.items() if c in mean]
-    return sum(nats) > ENOUGH
+    mean = replay(vehicle, drive)
+    half = replay(vehicle, replace(drive, window=0.5 * row))
+    nats = [
+        nats_for_means(x, mean[c], half[c], drive.smear / row)
+        for c, x in seen.items()
+        if c in mean
+    ]
+    over_sample, over_late = (
+        float(sum(x)) for x in zip((0.0, 0.0), *nats, strict=True)
+    )
+    return over_sample > ENOUGH and over_late > -ENOUGH

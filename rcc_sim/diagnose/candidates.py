@@ -297,9 +297,9 @@ def search_of(problem: Problem, effect: Effect, param: Param) -> Search:
 def stiffest(problem: Problem) -> float:
     """Slip stiffness [N] beyond which an imposed drive tells none: C = m v / T.
 
-    Wheels that slip by kappa = m a / C turn at v (1 + kappa) = v + a (m v / C): they are
-    ahead of the road by a time m v / C. The drive's acceleration is smeared over a time
-    T itself, and what that leaves is taken up by any slip as well.
+    Wheels that slip by kappa = m a / C turn at v (1 + kappa) = v + a (m v / C): ahead
+    of the road by a time m v / C. The drive's acceleration is smeared over a time T
+    itself, and what that leaves is taken up by any slip as well.
     """
     mass, row = problem.vehicle.body.mass_kg.value, problem.row
     speed = float(np.sqrt(np.mean(problem.speed**2)))

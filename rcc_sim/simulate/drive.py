@@ -160,8 +160,9 @@ def drive_of(
             _refuse(log, vehicle)
         unseen = in_holes(time, np.isfinite(speed))
         felt = log["accel_x_mps2"] if has(log, "accel_x_mps2") else None
-        speed, accel, smear = smoothed(time, speed, felt, jerk)
-        if len(time) > 2 and not accel.any() and window < SAMPLED * interval_of(time):
+        means = len(time) > 1 and window >= SAMPLED * interval_of(time)
+        speed, accel, smear = smoothed(time, speed, felt, jerk, means=means)
+        if len(time) > 2 and not accel.any() and not means:
             accel = np.where(speed > 0, np.gradient(speed, time), 0.0)
     road, distance = _road(log, vehicle, time, speed)
     ref, steer, throttle, aux, yaw_rate = (

@@ -119,7 +119,12 @@ class Felt(NamedTuple):
 
 
 def smoothed(
-    time: Array, speed: Array, accel: Array | None = None, jerk: float | None = None
+    time: Array,
+    speed: Array,
+    accel: Array | None = None,
+    jerk: float | None = None,
+    *,
+    means: bool = False,
 ) -> Smoothed:
     """Return speed [m/s] and acceleration [m/s²] without noise and without gaps.
 
@@ -131,10 +136,12 @@ def smoothed(
     time, speed : ndarray, shape (n,)
         As logged; NaN where no speed is known. [s], [m/s]
     accel : ndarray or None
-        Logged acceleration, a second witness: samples, or means since the row before,
-        whichever the speed says. [m/s²]
+        Logged acceleration, a second witness: samples, or means since the row before
+        (:func:`felt_as`). [m/s²]
     jerk : float or None
         Spectral size of the jerk; chosen by cross-validation where None. [m/s³ √s]
+    means : bool
+        Whether the log's other rows are means.
     """
     known = np.isfinite(speed)
     step = rounded_to(speed)
@@ -146,23 +153,40 @@ def smoothed(
     else:
         told = speed
         noise = max(sensor_noise(speed), 1e-6 * float(np.abs(speed[known]).max()))
-    felt = None if accel is None else felt_as(time, told, accel, noise)
+    felt = None
+    if accel is not None:
+        felt = felt_as(time, told, accel, noise=noise, means=means)
     if jerk is None:
         jerk = chosen_jerk(time, told, noise=noise, felt=felt)
     calm, change = smooth_speed(time, told, noise=noise, jerk=jerk, felt=felt)
     row = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
-    return Smoothed(calm, change, (noise * row**0.5 / jerk) ** 0.5)
+    return Smoothed(calm, change, smear_of(noise, row, jerk))
 
 
-def felt_as(time: Array, speed: Array, accel: Array, noise: float) -> Felt:
-    """Return what an accelerometer's rows are, by the speed [m/s] without it."""
+def felt_as(
+    time: Array, speed: Array, accel: Array, *, noise: float, means: bool
+) -> Felt:
+    """Return what an accelerometer's rows are, by the speed [m/s] without it.
+
+    They are as the log's other rows, ``means`` or samples, unless this tells otherwise.
+    """
     row = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
     if row < HALF_A_ROW:
         return Felt(accel)
     jerk = chosen_jerk(time, speed, noise=noise)
-    calm, _ = smooth_speed(time, speed, noise=noise, jerk=jerk)
-    mean = np.diff(calm, prepend=calm[0]) / np.diff(time, prepend=time[0] - row)
-    return Felt(accel, nats_for_means(accel, mean) > MEANS)
+    calm, change = smooth_speed(time, speed, noise=noise, jerk=jerk)
+    span = np.diff(time, prepend=time[0] - row)
+    mean = np.diff(calm, prepend=calm[0]) / span
+    bend = 0.25 * np.diff(change, prepend=change[0])  # a runs straight from row to row
+    smeared = smear_of(noise, row, jerk) / row
+    over_sample, over_late = nats_for_means(accel, mean, mean + bend, smeared)
+    needed = -MEANS if means else MEANS
+    return Felt(accel, over_sample > needed and over_late > -MEANS)
+
+
+def smear_of(noise: float, row: float, jerk: float) -> float:
+    """Time [s] over which a smoothing spline smears: (noise² dt / jerk²)^(1/4)."""
+    return float((noise * row**0.5 / jerk) ** 0.5)
 
 
 def rounded_to(speed: Array) -> float:

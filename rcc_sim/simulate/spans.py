@@ -8,38 +8,53 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 FEW = 30
-"""Changes from row to row below which nothing is told."""
+"""Changes below which nothing is told."""
+
+APART = 2.0
+"""Times the smear of a speed over which changes are taken: over less its smoothing
+leaves none."""
 
 
-def nats_for_means(seen: Array, mean: Array) -> float:
-    """Nats by which a channel is the mean since the row before, and no sample.
+def nats_for_means(
+    seen: Array, mean: Array, half: Array, smeared: float = 0.0
+) -> tuple[float, float]:
+    """Nats by which a channel is the mean since the row before, and not another thing.
 
     Of what it should show three averages are as wide as a row: about the row's own
-    time, as a sample is best foreseen by rows; since the row before; and about the row
-    before, as of a sample that comes a row late. How a channel changes from row to row
-    is laid beside how each of them does, with a gain of its own, so that neither a gap
-    nor an offset speaks; what is left has a Laplace distribution, which outliers do not
-    sway. Returned is what the second gains on the better of the others.
+    time, as a sample is; since the row before; and about the row before, as a sample
+    that comes a row late. Of equal width, none is smoother than the others. How the
+    channel changes over some rows is laid beside how each of them does, with a gain of
+    its own, so that neither a gap nor an offset speaks; what is left has a Laplace
+    distribution, which outliers do not sway.
 
     Parameters
     ----------
     seen : ndarray, shape (n,)
         The channel, NaN where it is not known. [any unit]
-    mean : ndarray, shape (n,)
-        What it should be on average since the row before. [any unit]
+    mean, half : ndarray, shape (n,)
+        What it should be on average since the row before, and over the second half of
+        that time. [any unit]
+    smeared : float
+        Rows over which these are smeared, because they follow from a noisy speed.
+
+    Returns
+    -------
+    over_sample, over_late : float
+        What the mean since the row before gains on the one and on the other.
     """
-    before, after = np.roll(mean, 1), np.roll(mean, -1)
-    spans = [0.5 * (mean + after), mean, 0.5 * (before + mean)]
-    changes = [np.diff(x[1:-1]) for x in (seen, *spans)]
-    y = changes[0]
-    known = np.all(np.isfinite(changes), axis=0)
-    if known.sum() < FEW or not y[known].any():
-        return 0.0
-    left = []
-    for x in changes[1:]:
-        power = float(x[known] @ x[known])
-        gain = float(x[known] @ y[known]) / power if power else 0.0
-        left.append(float(np.mean(np.abs(y[known] - gain * x[known]))))
-    least = 1e-9 * float(np.mean(np.abs(y[known])))
-    sample, since, late = (max(x, least) for x in left)
-    return float(known.sum() * np.log(min(sample, late) / since))
+    first = mean - 0.5 * half  # of the same time, halved as the other is
+    about = 0.5 * half + np.roll(first, -1)
+    apart = max(round(APART * smeared), 1)
+    spans = [seen, about, mean, np.roll(about, 1)]
+    changes = np.array([x[1:-1][apart:] - x[1:-1][:-apart] for x in spans])
+    y, *shown = changes[:, np.all(np.isfinite(changes), axis=0)]
+    size = float(np.mean(np.abs(y))) if len(y) >= FEW else 0.0
+    if size == 0.0:
+        return 0.0, 0.0
+    gains = [float(x @ y) / (float(x @ x) or 1.0) for x in shown]
+    left = [
+        max(float(np.mean(np.abs(y - gain * x))), 1e-9 * size)
+        for gain, x in zip(gains, shown, strict=True)
+    ]
+    sample, since, late = len(y) * np.log(left)
+    return float(sample - since), float(late - since)
