@@ -299,11 +299,12 @@ def stiffest(problem: Problem) -> float:
 
     Wheels that slip by kappa = m a / C turn at v (1 + kappa) = v + a (m v / C): ahead
     of the road by a time m v / C. The drive's acceleration is smeared over a time T
-    itself, and what that leaves is taken up by any slip as well.
+    itself, a row or what smooths its speed to either side, and what that leaves is
+    taken up by any slip as well.
     """
     mass, row = problem.vehicle.body.mass_kg.value, problem.row
     speed = float(np.sqrt(np.mean(problem.speed**2)))
-    return mass * speed / max(SMEARED * row, problem.drive.smear)
+    return mass * speed / (2 * max(row, problem.drive.smear))
 
 
 def grid_of(problem: Problem, param: Param) -> tuple[float, ...]:

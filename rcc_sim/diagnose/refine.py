@@ -294,13 +294,12 @@ def beyond_least(engine: Engine, base: Fit, found: Refined, along: Tangent) -> f
     longer one as well. Judged by the noise of the base, which is to be that of the fit.
     """
     weakest = {s.key: s.weakest for s in found.screened.candidate.searches}
-    values = {k: found.fit.values[k] for k in found.screened.values}
-    held = {k: x for k in values if (x := weakest[k]) is not None}
+    held = {k: x for k in found.screened.values if (x := weakest[k]) is not None}
     if not (held and engine.problems[0].drive.imposed):
         return inf
     knobs = [k for k in base.knobs if k.key not in held]
     gone = [i for i, k in enumerate(base.knobs) if k.key in held]
-    least = engine.attempt(base.values | values | held, knobs, base.noise)
+    least = engine.attempt(found.fit.values | held, knobs, base.noise)
     if least is None:
         return inf
     least = descent.improve(
