@@ -164,7 +164,8 @@ def diagnose(
     if html is not None:
         from rcc_sim.report.diagnosis_page import diagnosis_page
 
-        write_page(diagnosis_page(found, [*logs, vehicle]), html)
+        inputs = [*logs, *(holdout or []), *(repeats or []), vehicle]
+        write_page(diagnosis_page(found, inputs), html)
     _deliver(found, output, text=text, csv=csv, json=json)
 
 
@@ -237,7 +238,7 @@ def _write(
         if "wheel_radius" in found.effects().keys() - {
             a.cause.effect for a in found.asserted
         }:
-            say("note: tyres.radius_m moved within its sd; wheel_radius.scale holds it")
+            say("note: tyres.radius_m moved; wheel_radius.scale holds it")
         if "auxiliary_load" in varying(found):
             first = found.gaps[0].log
             say(f"note: auxiliary_load varies; {vehicle} holds its mean over {first}")

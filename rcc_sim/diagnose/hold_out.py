@@ -25,6 +25,9 @@ Mask = NDArray[np.bool_]
 STRETCHES = 8
 """Stretches that a log is cut into; every other one is held out in turn."""
 
+PARTS = 20
+"""Parts of what was kept back over which the shrink is averaged."""
+
 NOISE = FREEDOM / (FREEDOM - 2)
 """Mean square of noise alone: the variance of the t-distribution it follows."""
 
@@ -170,18 +173,26 @@ def proof(
         )
     other = Engine(holdouts)
     values = figures_of(fit.values)
-    noise = other.learn_noise(other.residuals(values))
-    squares = [
-        other.white(other.residuals(figures), noise) ** 2 for figures in ({}, values)
-    ]
-    before, after = (
-        np.array([p.mean() for p in np.array_split(x, 20)]) for x in squares
-    )
     return (
-        shrink_of(before, after),
+        kept_back(other, values),
         energy_percent(driven(holdouts), [({}, None)]),
         energy_percent(driven(holdouts), [(fit.values, None)]),
     )
+
+
+def kept_back(other: Engine, values: dict[str, float]) -> Shrink:
+    """Judge figures by logs that were kept back.
+
+    Noise is what the likelier of both vehicles leaves there: by what the mended one
+    leaves, a cause that those logs lack would shrink what it made itself.
+    """
+    left = [other.residuals(figures) for figures in ({}, values)]
+    noises = [other.learn_noise(e) for e in left]
+    nominal, mended = map(other.loglik, left, noises)
+    noise = noises[mended >= nominal]
+    squares = [np.array_split(other.white(e, noise) ** 2, PARTS) for e in left]
+    before, after = (np.array([p.mean() for p in parts]) for parts in squares)
+    return shrink_of(before, after)
 
 
 def leave_shaft(causes: Sequence[Cause], tracks: Sequence[tuple[int, str]]) -> bool:

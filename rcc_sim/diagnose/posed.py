@@ -16,7 +16,7 @@ from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.problem import RECALLS, Problem
 from rcc_sim.simulate.drive import Drive
 from rcc_sim.simulate.replay import replay
-from rcc_sim.simulate.smooth import sensor_noise, smoothed
+from rcc_sim.simulate.smooth import is_rough, sensor_noise, smooth_speed
 from rcc_sim.trace import Trace
 
 NOISE_IN, DOUBLINGS = 0.25, 5
@@ -25,6 +25,11 @@ times that the recall of the speed is doubled for it at most. Whatever smooths w
 comes in so, as a motor's lag does, would gain by that: 360 nats in 70 s of a scaled car
 whose speed has 0.03 m/s of noise, where nothing was hidden.
 """
+
+
+SMOOTHED_OVER, NO_MORE = (32, 16, 8, 4, 2), 1.1
+"""Rows over which a measured torque is smoothed, and times its noise that this may take
+from it: more is the drive's own."""
 
 
 def problem_of(log: Trace, vehicle: Vehicle) -> Problem:
@@ -46,19 +51,26 @@ def problem_of(log: Trace, vehicle: Vehicle) -> Problem:
 def calmed(problem: Problem) -> Problem:
     """Return an imposed drive by a measured torque, without that torque's noise.
 
-    It is measured against that which the motion takes: the difference is smoothed, so
-    that corners of the drive stay. A noisy torque that drives the model would foresee
-    the power too strongly, by as much as its noise is of what it changes by, and
-    whatever follows the motion instead would gain: a payload 214 nats, where the torque
-    of a drive on a motorway had 1 N m of noise and nothing was hidden.
+    It is measured against that which the motion takes, so that corners of the drive
+    stay: the difference is smoothed, over the most rows over which that takes no more
+    than the noise. A noisy torque that drives the model would foresee the power too
+    strongly, by as much as its noise is of what it changes by, and whatever follows the
+    motion instead would gain: where the torque of a drive on a motorway had 4 N m of
+    noise, and nothing was hidden, a payload was named, a load and a drag.
     """
     if not problem.torqued:
         return problem
     drive, torque = problem.drive, problem.drive.measured[3]
+    noise, row = sensor_noise(torque), problem.row
     by_motion = replay(problem.vehicle, untorqued(drive))["motor_torque_nm"]
-    off = smoothed(drive.time, torque - by_motion).speed
-    calm = np.where(np.isfinite(torque), by_motion + off, np.nan)
-    return replace(problem, drive=torqued(drive, calm))
+    off = torque - by_motion
+    for rows in SMOOTHED_OVER if is_rough(torque) else ():
+        jerk = noise * row**0.5 / (rows * row) ** 2  # smear_of() = rows
+        calm, _ = smooth_speed(drive.time, off, noise=noise, jerk=jerk)
+        if np.nanstd(off - calm) <= NO_MORE * noise:
+            calm = np.where(np.isfinite(torque), by_motion + calm, np.nan)
+            return replace(problem, drive=torqued(drive, calm))
+    return problem
 
 
 def recalling(problem: Problem) -> Problem:

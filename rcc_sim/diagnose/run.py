@@ -88,6 +88,8 @@ class Diagnosis:
         imposed, and no cause changes anything up to the motor's shaft.
     experiments : tuple of Experiment
         Runs that would settle what is tied, or wide; best first.
+    kept_back : tuple of str
+        Logs on which the proof is; empty: stretches of those that were explained.
     """
 
     vehicle: Vehicle
@@ -103,6 +105,7 @@ class Diagnosis:
     energy_after: float | None
     by_torque: bool
     experiments: tuple[Experiment, ...] = ()
+    kept_back: tuple[str, ...] = ()
 
     def document(self) -> dict[str, Any]:
         """Return what ``--json`` prints."""
@@ -125,6 +128,7 @@ class Diagnosis:
             "ranking": ranking(self.found, list(self.asserted), self.left, self.status),
             "shrink": {
                 "held_out": True,
+                "logs": list(self.kept_back),
                 **asdict(self.shrink),
                 "energy_gap_percent_before": self.energy_before,
                 "energy_gap_percent_after": self.energy_after,
@@ -326,7 +330,7 @@ def diagnose(
     )
     return Diagnosis(
         vehicle, problems[0], gaps, status, asserted, found, fit, left, shrink,
-        before, after, by_torque, runs,
+        before, after, by_torque, runs, tuple(one.log.name for one in holdouts),
     )  # fmt: skip
 
 

@@ -21,6 +21,7 @@ from rcc_sim.report.text import (
     joined,
     percent,
     probable,
+    short,
     signed,
     tag,
 )
@@ -188,7 +189,7 @@ def held_out(report: Report) -> Markup:
         Column("Energy gap", "energy", number=True),
     )
     seen = (
-        "Judged on stretches of the log that no fit saw."
+        f"Judged on {_judged_on(shrink)}."
         if shrink.get("held_out")
         else "Judged on the same data as fitted: no proof."
     )
@@ -205,6 +206,13 @@ def held_out(report: Report) -> Markup:
         tag("p", told),
         table(columns, rows),
     )
+
+
+def _judged_on(shrink: Mapping[str, Any]) -> str:
+    logs = [short(str(name)) for name in shrink.get("logs") or []]
+    if not logs:
+        return "stretches of the log that no fit saw"
+    return f"{', '.join(logs)}, which no fit saw"
 
 
 def _gap(value: Any) -> str:

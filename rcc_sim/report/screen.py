@@ -16,7 +16,7 @@ from rcc_sim.diagnose.run import Diagnosis
 from rcc_sim.diagnose.verdict import Asserted, Estimate, moved
 from rcc_sim.report.channels import way_of
 from rcc_sim.report.html_parts import OTHERS
-from rcc_sim.report.text import figures, percent, printable, probable, sparkline
+from rcc_sim.report.text import figures, percent, printable, probable, short, sparkline
 from rcc_sim.report.verdict import doubt_of, judged
 
 WORDS = {
@@ -200,9 +200,14 @@ def _proof(found: Diagnosis) -> Iterator[tuple[str, str]]:
     if before is not None and after is not None:
         how = ", by the torque measured," if found.by_torque else ""
         energy = f"; energy gap there{how} {before:+.1f} % before, {after:+.2f} % after"
+    where = "rows that no fit saw"
+    if found.kept_back:
+        where = ", ".join(map(short, found.kept_back[:SHOWN]))
+        more = len(found.kept_back) - SHOWN
+        where += f" and {more} logs more" * (more > 0)
     yield (
         "PROOF",
-        f"on rows that no fit saw {percent(s.explained)} of what is beyond noise is "
+        f"on {where} {percent(s.explained)} of what is beyond noise is "
         f"gone ({percent(s.low)} to {percent(s.high)}){energy}",
     )
 

@@ -1,0 +1,87 @@
+"""Flows that are samples, and flows that are means since the row before."""
+
+from math import inf
+
+import numpy as np
+import pytest
+
+from rcc_sim.analyse.sampled import SAMPLE, drive_as_sampled
+from rcc_sim.definitions.cycle import parse_cycle
+from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.simulate.run import simulate
+from rcc_sim.trace import Trace
+
+CAR = load_vehicle("r1t_epa")
+FINE = 200
+NOISE = {"battery_current_a": 0.5, "motor_torque_nm": 1.0, "accel_x_mps2": 0.05}
+RNG = np.random.default_rng(3)
+
+
+def window(columns):
+    return drive_as_sampled(Trace(columns, name="log"), CAR).window
+
+
+def noisy(columns, speed=0.0):
+    """The columns of a log with their sensors' noise."""
+    n = len(columns["time_s"])
+    out = {c: columns[c] + RNG.normal(0, sd, n) for c, sd in NOISE.items()}
+    out["time_s"] = columns["time_s"]
+    out["speed_mps"] = np.abs(columns["speed_mps"] + RNG.normal(0, speed, n))
+    return out
+
+
+def means(rate, cycle="udds[0:400]", car=CAR):
+    return simulate(car, parse_cycle(cycle), imposed=True, output_rate=rate).trace
+
+
+def samples(rate, cycle="udds[0:400]", first=6):
+    """Every so many rows of a fine run, off the corners of the cycle."""
+    run = means(FINE, cycle)
+    rows = slice(first, None, round(FINE / rate))
+    return {c: run[c][rows] for c in ("time_s", "speed_mps", *NOISE)}
+
+
+@pytest.mark.parametrize("rate", [1.0, 2.0, 10.0])
+@pytest.mark.parametrize("speed", [0.0, 0.03])
+def test_means_are_told_by_the_log(rate, speed):
+    assert window(noisy(means(rate), speed)) == inf
+
+
+@pytest.mark.parametrize("rate", [5.0, 10.0])
+@pytest.mark.parametrize("speed", [0.0, 0.03])
+def test_samples_are_told_by_the_log(rate, speed):
+    assert window(noisy(samples(rate), speed)) == SAMPLE
+
+
+def test_a_cause_that_is_missing_does_not_mislead():
+    heavier = CAR.changed(
+        settings={
+            "effects.payload.mass_kg": 600.0,
+            "effects.auxiliary_load.power_w": 4000.0,
+        }
+    )
+    assert window(noisy(means(2.0, car=heavier), 0.03)) == inf
+
+
+def test_samples_that_come_a_row_late_are_no_means():
+    late = samples(10.0)
+    late |= {c: np.roll(late[c], 1) for c in NOISE}
+    assert window(noisy(late, 0.03)) == SAMPLE
+
+
+def test_rows_that_are_close_are_not_asked():
+    assert window(noisy(samples(100.0, "udds[20:80]"))) == SAMPLE
+
+
+def test_a_log_without_flows_and_one_that_stands_are_taken_as_samples():
+    log = noisy(samples(10.0))
+    assert window({c: log[c] for c in ("time_s", "speed_mps")}) == SAMPLE
+    log["speed_mps"] = np.zeros(len(log["time_s"]))
+    assert window(log) == SAMPLE
+
+
+def test_our_own_trace_and_a_stated_window_need_no_asking():
+    run = means(10.0)
+    assert window(run.columns) == inf
+    log = Trace(noisy(samples(10.0)), name="log")
+    assert drive_as_sampled(log, CAR, 0.07).window == 0.07

@@ -1,0 +1,34 @@
+"""A gyro's noise while a car stands: it turns on the spot in no drive."""
+
+import numpy as np
+
+from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.simulate.drive import drive_of
+from rcc_sim.simulate.replay import replay
+from rcc_sim.trace import Trace
+
+CAR = load_vehicle("r1t_epa")
+TIME = np.arange(0.0, 60.0, 0.1)
+SPEED = np.interp(TIME, [0, 10, 20, 30, 40, 60], [0, 0, 12, 12, 0, 0])
+
+
+def power(yaw_rate):
+    log = Trace({"time_s": TIME, "speed_mps": SPEED, "yaw_rate_radps": yaw_rate})
+    return replay(CAR, drive_of(log, CAR))
+
+
+def test_the_noise_of_a_gyro_asks_no_torque_of_a_car_that_stands():
+    noise = np.random.default_rng(1).normal(0.0, 0.01, len(TIME))
+    with_it, without = power(noise), power(np.zeros(len(TIME)))
+    for name in ("motor_torque_nm", "battery_power_w"):
+        off = np.abs(with_it[name] - without[name])
+        assert off.max() < 0.1 * np.abs(without[name]).max()
+
+
+def test_a_bend_is_driven_as_it_was():
+    bend = np.where(SPEED > 5, 0.2, 0.0)
+    log = Trace({"time_s": TIME, "speed_mps": SPEED, "yaw_rate_radps": bend})
+    out = replay(CAR, drive_of(log, CAR))
+    turned = np.diff(out["yaw_rad"][[0, -1]])[0]
+    steps = 0.5 * (bend[1:] + bend[:-1]) * 0.1
+    np.testing.assert_allclose(turned, steps.sum(), rtol=1e-3)
