@@ -22,6 +22,11 @@ LONG = 0.05
 ENOUGH = 10.0
 """Nats by which flows must be means to be taken as such; most are told by hundreds."""
 
+SURE, SHIFTED = 3.0, 0.1
+"""Standard deviations, and share of what a noisy speed is smeared by, that means since
+the row before may seem to be off the middle of that time. Flows that are farther off it
+are samples of another clock than the speed's, as on a car's bus."""
+
 FLOWS = (
     *("motor_current_a", "motor_torque_nm"),
     *("battery_current_a", "battery_power_w"),
@@ -77,4 +82,9 @@ def holds_means(log: Trace, vehicle: Vehicle) -> bool:
     over_sample, over_late = (
         float(sum(x)) for x in zip((0.0, 0.0), *nats, strict=True)
     )
-    return over_sample > ENOUGH and over_late > -ENOUGH
+    if over_sample <= ENOUGH or over_late <= -ENOUGH:
+        return False
+    total = over_sample + over_late  # an average s rows off loses 2 total (s - off)²
+    off = 0.25 * (over_sample - over_late) / total
+    sd = 0.5 / total**0.5
+    return bool(abs(off) <= SURE * sd + SHIFTED * drive.smear / row)

@@ -85,3 +85,12 @@ def test_our_own_trace_and_a_stated_window_need_no_asking():
     assert window(run.columns) == inf
     log = Trace(noisy(samples(10.0)), name="log")
     assert drive_as_sampled(log, CAR, 0.07).window == 0.07
+
+
+def test_samples_of_another_clock_are_no_means():
+    """Flows 30 ms early beside a clean speed, as on a bus: the middle of no row."""
+    run = means(FINE)
+    rows = np.arange(6, len(run) - 20, 20)
+    log = {c: run[c][rows] for c in ("time_s", "speed_mps")}
+    log |= {c: run[c][rows - 6] for c in NOISE}
+    assert window(noisy(log)) == SAMPLE
