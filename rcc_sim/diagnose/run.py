@@ -90,6 +90,8 @@ class Diagnosis:
         Runs that would settle what is tied, or wide; best first.
     kept_back : tuple of str
         Logs on which the proof is; empty: stretches of those that were explained.
+    withdrawn : tuple of str
+        Effects that explain what was fitted, and do nothing for what was held out.
     """
 
     vehicle: Vehicle
@@ -106,6 +108,7 @@ class Diagnosis:
     by_torque: bool
     experiments: tuple[Experiment, ...] = ()
     kept_back: tuple[str, ...] = ()
+    withdrawn: tuple[str, ...] = ()
 
     def document(self) -> dict[str, Any]:
         """Return what ``--json`` prints."""
@@ -129,6 +132,7 @@ class Diagnosis:
             "shrink": {
                 "held_out": True,
                 "logs": list(self.kept_back),
+                "withdrawn": list(self.withdrawn),
                 **asdict(self.shrink),
                 "energy_gap_percent_before": self.energy_before,
                 "energy_gap_percent_after": self.energy_after,
@@ -302,7 +306,9 @@ def diagnose(
     shrink, before, after = proof(acting, engine, fit, fresh, by_torque=by_torque)
     large = any(g.energy.beyond(DOUBTLESS) for g in gaps)
     doubtless = any(g.energy.within is False for g in gaps)
+    refuted: tuple[str, ...] = ()
     if causes and doubtless and proves_nothing(shrink.explained, before, after):
+        refuted = tuple(c.effect for c in causes)
         causes, large = [], True
         fit, acting = _only(engine, found, fit, causes)
         left = remainder(acting, fit)
@@ -331,6 +337,7 @@ def diagnose(
     return Diagnosis(
         vehicle, problems[0], gaps, status, asserted, found, fit, left, shrink,
         before, after, by_torque, runs, tuple(one.log.name for one in holdouts),
+        refuted,
     )  # fmt: skip
 
 

@@ -200,6 +200,8 @@ def held_out(report: Report) -> Markup:
             low, high = percent(shrink["low"]), percent(shrink["high"])
             told += f" (90 % interval {low} to {high})"
         told += "."
+    if gone := [effect_title(str(e)) for e in shrink.get("withdrawn") or []]:
+        told += f" Withdrawn, for it did nothing there: {', '.join(gone)}."
     return section(
         "proof",
         "Does it hold on data it has not seen?",

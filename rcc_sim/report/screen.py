@@ -66,22 +66,30 @@ def screen(found: Diagnosis, width: int = 80) -> list[str]:
 def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
     """Yield the word at the left and what it says."""
     yield from _gap(found)
+    several = len(found.gaps) > 1
+    of_first = f"{short(found.gaps[0].log)}: " if several else ""
     bars = _bars(found, room)
     if bars:
-        yield "OVER", "gap of the battery power, " + bars[0]
+        yield "OVER", f"{of_first}gap of the battery power, {bars[0]}"
         yield "", bars[1]
     regimes = [r for r in found.gaps[0].regimes if r.gap_wh is not None]
     regimes = sorted(regimes, key=lambda r: -abs(r.gap_wh or 0.0))[:SHOWN]
     if regimes:
         told = (f"{r.regime.replace('_', ' ')} {_wh(r.gap_wh)}" for r in regimes)
-        yield "WHERE", ", ".join(told)
+        yield "WHERE", of_first + ", ".join(told)
     yield "VERDICT", WORDS[found.status].replace("no gap", _no_gap(found))
     for a in found.asserted:
         yield "CAUSE", _cause(a)
+    if found.withdrawn:
+        yield (
+            "AGAINST",
+            f"{', '.join(found.withdrawn)}: of use on the rows fitted, of none on "
+            f"{_held_out(found)}: withdrawn",
+        )
     yield from _rivals(found)
     if found.asserted:
         yield from _proof(found)
-        yield from _ledger(found)
+        yield from ((word, of_first + text) for word, text in _ledger(found))
     yield from _moved(found)
     if not found.asserted:
         yield from _doubt(found)
@@ -131,7 +139,7 @@ def _gap(found: Diagnosis) -> Iterator[tuple[str, str]]:
         if e.gap_wh is not None and e.gap_percent is not None:
             place = "battery" if e.at == "battery" else "shaft"
             text += (
-                f": {place} energy {e.gap_percent:+.1f} % ({_wh(e.gap_wh)} of "
+                f": {place} energy {_tenths(e.gap_percent)} % ({_wh(e.gap_wh)} of "
                 f"{e.measured_wh:.4g}), u_val {figures(e.u_val, 2)} Wh"
             )
         yield "GAP", text
@@ -199,17 +207,23 @@ def _proof(found: Diagnosis) -> Iterator[tuple[str, str]]:
     energy = ""
     if before is not None and after is not None:
         how = ", by the torque measured," if found.by_torque else ""
-        energy = f"; energy gap there{how} {before:+.1f} % before, {after:+.2f} % after"
-    where = "rows that no fit saw"
-    if found.kept_back:
-        where = ", ".join(map(short, found.kept_back[:SHOWN]))
-        more = len(found.kept_back) - SHOWN
-        where += f" and {more} logs more" * (more > 0)
+        energy = (
+            f"; energy gap there{how} {_tenths(before)} % before, {after:+.2f} % after"
+        )
     yield (
         "PROOF",
-        f"on {where} {percent(s.explained)} of what is beyond noise is "
+        f"on {_held_out(found)} {percent(s.explained)} of what is beyond noise is "
         f"gone ({percent(s.low)} to {percent(s.high)}){energy}",
     )
+
+
+def _held_out(found: Diagnosis) -> str:
+    """Return on what causes were proven."""
+    if not found.kept_back:
+        return "rows that no fit saw"
+    more = len(found.kept_back) - SHOWN
+    names = ", ".join(map(short, found.kept_back[:SHOWN]))
+    return names + f" and {more} logs more" * (more > 0)
 
 
 def _ledger(found: Diagnosis) -> Iterator[tuple[str, str]]:
@@ -240,6 +254,11 @@ def _moved(found: Diagnosis) -> Iterator[tuple[str, str]]:
     if pulls:
         told = (f"{key} {x:+.1f} sd" for key, x in list(pulls.items())[:SHOWN])
         yield "MOVED", "; ".join(filter(None, (", ".join(told), doubt_of(pulls))))
+
+
+def _tenths(x: float) -> str:
+    """Return a figure with its sign, but no minus before nil."""
+    return f"{round(x, 1) + 0.0:+.1f}"
 
 
 def _wh(energy: float | None) -> str:

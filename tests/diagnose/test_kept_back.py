@@ -59,3 +59,18 @@ def test_the_report_says_on_which_log():
     assert found.document()["shrink"]["logs"] == ["second.csv"]
     proof = next(line for line in screen(found, 100) if line.startswith("PROOF"))
     assert "second.csv" in proof
+
+
+@pytest.mark.slow
+def test_a_cause_that_it_lacks_is_withdrawn_and_said_to_be():
+    opened = [
+        Logged(log(name, settings, seed), (), None)
+        for name, settings, seed in (("hot.csv", HEATED, 2), ("cold.csv", {}, 3))
+    ]
+    found = diagnose(opened[:1], CAR, holdouts=opened[1:])
+    assert found.status == "unexplained"
+    assert not found.asserted
+    assert found.document()["shrink"]["withdrawn"] == ["auxiliary_load"]
+    against = "".join(screen(found, 200)).partition("AGAINST")[2]
+    assert against.strip().startswith("auxiliary_load")
+    assert "cold.csv: withdrawn" in against
