@@ -7,7 +7,7 @@ from typing import Any
 
 from rcc_sim.batch.fleet_rows import TEMPERATURE
 from rcc_sim.report.html_parts import effect_title
-from rcc_sim.report.text import figures, percent
+from rcc_sim.report.text import figures, listed, percent
 
 Doc = Mapping[str, Any]
 Table = list[dict[str, Any]]
@@ -16,6 +16,9 @@ TITLES = {TEMPERATURE: "temperature [°C]"}
 
 SHOWN = 12
 """Kinds of finding that a screen shows."""
+
+NAMED = 3
+"""Effects that the line of single logs names."""
 
 STATUS = {
     "no_gap": "without a gap",
@@ -42,7 +45,11 @@ def lines(found: Doc) -> list[str]:
         )
     if found.get("status"):
         counted = [f"{n} {STATUS.get(s, s)}" for s, n in found["status"].items()]
-        told.append("each on its own: " + ", ".join(counted))
+        named = [
+            f"{e['effect']} named in {e['logs']}{_strength(e)}"
+            for e in (found.get("effects") or [])[:NAMED]
+        ]
+        told.append("each on its own: " + ", ".join([*counted, *named]))
     if found.get("pooled"):
         told += pooled_lines(found["pooled"])
     return told
@@ -58,11 +65,27 @@ def place_of(energy: Doc) -> str:
 
 def pooled_lines(pooled: Doc) -> list[str]:
     """Return what the logs show together."""
+    if strong := pooled.get("too_strong"):
+        several = len(strong) > 1
+        what = (
+            f"{listed(strong)} {'are' if several else 'is'} too strong to be added up"
+        )
+        told = [
+            f"together, {_logs(pooled['logs'])}: {what}; the logs' own figures hold"
+        ]
+        return told + [_pooled_line(cause, pooled) for cause in pooled["causes"]]
     if not pooled["causes"]:
         best = [f"{p['effect']}, {figures(p['nats'])} nats" for p in pooled["ranking"]]
         most = f" (the most: {best[0]})" if best else ""
         return [f"together, {_logs(pooled['logs'])}: no cause{most}"]
     return [_pooled_line(cause, pooled) for cause in pooled["causes"]]
+
+
+def _strength(effect: Doc) -> str:
+    """Return the median strength of an effect in the logs that name it first."""
+    if effect.get("parameter") is None or effect.get("median") is None:
+        return ""
+    return f" ({effect['parameter']} {figures(effect['median'])})"
 
 
 def _pooled_line(cause: Doc, pooled: Doc) -> str:

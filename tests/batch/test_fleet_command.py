@@ -84,6 +84,26 @@ def test_a_cause_too_weak_for_most_logs_is_named_by_all_of_them(tmp_path):
     assert json.loads(again.stdout) == found
 
 
+@pytest.mark.slow
+def test_a_cause_that_each_log_names_is_not_shared_out_among_others(tmp_path):
+    (tmp_path / "logs").mkdir()
+    for part in ("20:60", "60:100"):
+        done = rccsim(
+            *("simulate", "rcc", "--cycle", f"udds[{part}]"),
+            *("--with", "gear_loss:efficiency=0.9", "-o", f"logs/{part[:2]}.csv"),
+            cwd=tmp_path,
+        )
+        assert done.returncode == 0, done.stderr
+    done = rccsim("diagnose", "logs", "--vehicle", "rcc", "--json", cwd=tmp_path)
+    found = json.loads(done.stdout)
+    (named,) = found["effects"]
+    assert (named["effect"], named["logs"]) == ("gear_loss", 2)
+    assert named["median"] == pytest.approx(0.9, abs=0.01)
+    assert found["pooled"]["too_strong"] == ["gear_loss"]
+    assert found["pooled"]["causes"] == []
+    assert "gear_loss named in 2 (efficiency 0.9)" in done.stderr
+
+
 def test_a_list_from_a_pipe_brings_labels_and_a_model_of_its_own(place):
     lines = ["log,vehicle,car", "logs/0000.csv.gz,,x", "logs/0001.csv.gz,rcc,y"]
     done = rccsim(
