@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from rcc_sim.diagnose.run import Diagnosis
 
 EXAMPLE = (
-    "Example: rccsim simulate rcc --cycle 'udds[20:125]' --lane-change-every 20 "
+    "Example: rccsim simulate rcc --cycle 'udds[20:125]' "
     "--with rolling_resistance:coefficient=0.02 -o drive.csv; "
     "rccsim diagnose drive.csv --vehicle rcc"
 )
@@ -144,6 +144,9 @@ def diagnose(
         _fleet(asked, options)
         return
     one_log(asked)
+    if text and (json or csv):
+        what = f"--text and --{'json' if json else 'csv'}: one of them"
+        raise InputError(what, "what --html writes is for people, too")
     logs = logs or []
     once([*logs, *(holdout or [])])
     keep(
