@@ -8,19 +8,14 @@ from math import inf
 from rcc_sim.analyse.gap_energy import logged_power
 from rcc_sim.analyse.gap_stages import untorqued
 from rcc_sim.definitions.vehicle import Vehicle
-from rcc_sim.simulate.drive import Drive, drive_of, has, interval_of
+from rcc_sim.simulate.drive import Drive, drive_of, has
 from rcc_sim.simulate.replay import replay
-from rcc_sim.simulate.spans import nats_for_means
+from rcc_sim.simulate.smooth import interval_of
+from rcc_sim.simulate.spans import ENOUGH, LONG, nats_for_means
 from rcc_sim.trace import Trace
 
 SAMPLE = 0.01
 """Time over which a sample is a mean: an inverter's own. [s]"""
-
-LONG = 0.05
-"""Rows shorter than this are not asked: what half of one makes is no cause. [s]"""
-
-ENOUGH = 10.0
-"""Nats by which flows must be means to be taken as such; most are told by hundreds."""
 
 SURE, SHIFTED = 3.0, 0.1
 """Standard deviations, and share of what a noisy speed is smeared by, that means since

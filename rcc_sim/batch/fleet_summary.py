@@ -97,7 +97,7 @@ def _whole(rows: Sequence[Row], command: str) -> dict[str, Any]:
         found["energy"] = energy(rows)
     if command == "diagnose":
         found["status"] = dict(Counter(row["status"] for row in rows).most_common())
-        found["effects"] = recurring_causes(rows)
+        found["effects"] = effects(rows)
     if command == "gap":
         found["beyond"] = recurring(rows, "beyond")
     found["findings"] = recurring(rows)
@@ -145,7 +145,7 @@ def _scatter(name: str, values: Sequence[float]) -> dict[str, Any]:
     }
 
 
-def recurring_causes(rows: Sequence[Row]) -> list[dict[str, Any]]:
+def effects(rows: Sequence[Row]) -> list[dict[str, Any]]:
     """Return the causes that logs have on their own: how often, and how much."""
     counts = recurring(rows, "causes")
     for count in counts:
@@ -252,9 +252,9 @@ def pooled(
     causes = [_cause(cause, rows) for cause in found.causes]
     known = {e for c in causes for e in (c["effect"], *c["indistinguishable_from"])}
     strong = [
-        one["effect"]
-        for one in recurring_causes(rows)
-        if one["share"] >= PLAIN and one["effect"] not in known
+        one["causes"]
+        for one in recurring(rows, "causes")
+        if one["share"] >= PLAIN and one["causes"] not in known
     ]
     if strong:  # about none these forms do not hold, and others make up for that
         causes = [cause for cause in causes if cause["named_alone_in"]]

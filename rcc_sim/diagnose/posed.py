@@ -16,7 +16,7 @@ from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.problem import RECALLS, Problem
 from rcc_sim.simulate.drive import Drive
 from rcc_sim.simulate.replay import replay
-from rcc_sim.simulate.smooth import is_rough, sensor_noise, smooth_speed
+from rcc_sim.simulate.smooth import is_rough, jerk_of, sensor_noise, smooth_speed
 from rcc_sim.trace import Trace
 
 NOISE_IN, DOUBLINGS = 0.25, 5
@@ -58,14 +58,14 @@ def calmed(problem: Problem) -> Problem:
     motion instead would gain: where the torque of a drive on a motorway had 4 N m of
     noise, and nothing was hidden, a payload was named, a load and a drag.
     """
-    if not problem.torqued:
-        return problem
     drive, torque = problem.drive, problem.drive.measured[3]
+    if not problem.torqued or not is_rough(torque):
+        return problem
     noise, row = sensor_noise(torque), problem.row
     by_motion = replay(problem.vehicle, untorqued(drive))["motor_torque_nm"]
     off = torque - by_motion
-    for rows in SMOOTHED_OVER if is_rough(torque) else ():
-        jerk = noise * row**0.5 / (rows * row) ** 2  # smear_of() = rows
+    for rows in SMOOTHED_OVER:
+        jerk = jerk_of(noise, row, rows * row)
         calm, _ = smooth_speed(drive.time, off, noise=noise, jerk=jerk)
         if np.nanstd(off - calm) <= NO_MORE * noise:
             calm = np.where(np.isfinite(torque), by_motion + calm, np.nan)

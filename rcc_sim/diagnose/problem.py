@@ -16,8 +16,9 @@ from rcc_sim.analyse.heading import TURN_RATE, turn_rate
 from rcc_sim.definitions.sensors import INERTIAL
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.physics.step import SLIP_BLEND
-from rcc_sim.simulate.drive import Drive, integral_of, interval_of, is_surveyed
+from rcc_sim.simulate.drive import Drive, integral_of, is_surveyed
 from rcc_sim.simulate.replay import replay
+from rcc_sim.simulate.smooth import interval_of
 from rcc_sim.trace import Trace
 from rcc_sim.units import RHO_AIR, G
 

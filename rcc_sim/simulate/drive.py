@@ -13,7 +13,7 @@ from rcc_sim.definitions.kernel import road_of
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
 from rcc_sim.simulate.road import surveyed_slope
-from rcc_sim.simulate.smooth import smoothed
+from rcc_sim.simulate.smooth import interval_of, smoothed
 from rcc_sim.trace import Trace
 from rcc_sim.units import G
 
@@ -296,8 +296,3 @@ def _road(
         s, first = np.unique(distance, return_index=True)
         return (s, _whole(log, time, "slope")[first]), distance
     return surveyed_slope(distance, log["elevation_m"]), distance
-
-
-def interval_of(time: Array) -> float:
-    """Return the usual time between two rows. [s]"""
-    return float(np.median(np.diff(time)))

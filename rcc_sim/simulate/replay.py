@@ -16,10 +16,11 @@ from rcc_sim.physics import record
 from rcc_sim.physics.effects import sensor_delay
 from rcc_sim.physics.replay import run_replayed
 from rcc_sim.simulate.columns import log_columns
-from rcc_sim.simulate.drive import ROUNDING, Drive, Measured, interval_of
+from rcc_sim.simulate.drive import ROUNDING, Drive, Measured
 from rcc_sim.simulate.own import own_terms
 from rcc_sim.simulate.run import delay_lines
 from rcc_sim.simulate.sensors import sensed_columns
+from rcc_sim.simulate.smooth import interval_of
 
 Array = NDArray[np.float64]
 

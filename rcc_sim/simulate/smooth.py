@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.simulate.spans import nats_for_means
+from rcc_sim.simulate.spans import ENOUGH, LONG, nats_for_means
 
 Array = NDArray[np.float64]
 
@@ -17,7 +17,7 @@ ROUNDS = 6
 EVERY = 5
 """Of so many rows one is held out to choose the jerk."""
 
-ENOUGH = 6000
+LOOKED_AT = 6000
 """Rows that the choice of the jerk looks at."""
 
 GRID = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0)
@@ -50,12 +50,6 @@ PASSING = 0.25
 
 PIECES = 10
 """Times that a reading counts at most that stands for long."""
-
-HALF_A_ROW = 0.05
-"""Time between two rows below which half of one is nothing. [s]"""
-
-MEANS = 10.0
-"""Nats by which an accelerometer's rows must be means to be taken as such."""
 
 ROUNDING = 1e-9
 """Share of a channel's size below which a difference is none."""
@@ -159,8 +153,7 @@ def smoothed(
     if jerk is None:
         jerk = chosen_jerk(time, told, noise=noise, felt=felt)
     calm, change = smooth_speed(time, told, noise=noise, jerk=jerk, felt=felt)
-    row = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
-    return Smoothed(calm, change, smear_of(noise, row, jerk))
+    return Smoothed(calm, change, smear_of(noise, interval_of(time), jerk))
 
 
 def felt_as(
@@ -170,8 +163,8 @@ def felt_as(
 
     They are as the log's other rows, ``means`` or samples, unless this tells otherwise.
     """
-    row = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
-    if row < HALF_A_ROW:
+    row = interval_of(time)
+    if row < LONG:
         return Felt(accel)
     jerk = chosen_jerk(time, speed, noise=noise)
     calm, change = smooth_speed(time, speed, noise=noise, jerk=jerk)
@@ -180,13 +173,23 @@ def felt_as(
     bend = 0.25 * np.diff(change, prepend=change[0])  # a runs straight from row to row
     smeared = smear_of(noise, row, jerk) / row
     over_sample, over_late = nats_for_means(accel, mean, mean + bend, smeared)
-    needed = -MEANS if means else MEANS
-    return Felt(accel, over_sample > needed and over_late > -MEANS)
+    needed = -ENOUGH if means else ENOUGH
+    return Felt(accel, over_sample > needed and over_late > -ENOUGH)
+
+
+def interval_of(time: Array) -> float:
+    """Return the usual time [s] between two rows; 0 where there is one alone."""
+    return float(np.median(np.diff(time))) if len(time) > 1 else 0.0
 
 
 def smear_of(noise: float, row: float, jerk: float) -> float:
     """Time [s] over which a smoothing spline smears: (noise² dt / jerk²)^(1/4)."""
     return float((noise * row**0.5 / jerk) ** 0.5)
+
+
+def jerk_of(noise: float, row: float, smear: float) -> float:
+    """Spectral size of the jerk by which one smears over a time [s]."""
+    return float(noise * row**0.5 / smear**2)
 
 
 def rounded_to(speed: Array) -> float:
@@ -247,8 +250,8 @@ def chosen_jerk(
     acceleration over one second.
     """
     n = len(time)
-    middle = max((n - ENOUGH) // 2, 0)
-    part = slice(middle, middle + ENOUGH)
+    middle = max((n - LOOKED_AT) // 2, 0)
+    part = slice(middle, middle + LOOKED_AT)
     t, v = time[part], speed[part]
     beside = None if felt is None else felt.part(part)
     held = np.zeros(len(t), dtype=bool)

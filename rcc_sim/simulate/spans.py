@@ -7,6 +7,12 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+LONG = 0.05
+"""Time between two rows below which half of one makes nothing, and is not asked. [s]"""
+
+ENOUGH = 10.0
+"""Nats by which rows must be means to be taken as such; most are told by hundreds."""
+
 FEW = 30
 """Changes below which nothing is told."""
 
