@@ -20,6 +20,7 @@ from rcc_sim.diagnose.refine import Refined, contenders, screened
 from rcc_sim.diagnose.remainder import remainder
 from rcc_sim.diagnose.screen import Screened
 from rcc_sim.diagnose.sums import with_all_figures
+from rcc_sim.diagnose.switched import switching_load
 from rcc_sim.diagnose.varying import (
     BRISK_ENOUGH,
     PROFILES,
@@ -107,12 +108,15 @@ def compete(
             ranking[varying.effect] = max(ranking.get(varying.effect, 0), varying.gain)
             left = remainder(engine, current).against(varying.effect, varying.shares)
             if varying.gain > UNLIKE[varying.effect] * left:
-                engine, current, varying = with_profile(engine, current, varying)
-                causes = [c for c in causes if c.effect != varying.effect]
-                causes.append(varying)
+                engine, current, causes = acting(engine, current, causes, varying)
                 continue
         if not (best and one) or best.trusted < needed_gain(causes, one.shares):
-            break
+            switching = switching_load(engine, current, named)
+            if not switching or switching.gain < needed_gain(causes, switching.shares):
+                break
+            ranking[switching.effect] = switching.gain
+            engine, current, causes = acting(engine, current, causes, switching)
+            continue
         causes = taken_in(causes, replace(one, screened=constant))
         current = descent.fit(engine, best.fit.values, best.fit.knobs, best.fit.noise)
         causes, current = with_all_figures(engine, current, causes, candidates)
@@ -124,6 +128,14 @@ def compete(
     seen = {effect: told_from(r) for effect, r in tried.items()}
     hidden = frozenset(e for e, r in tried.items() if not shows(r, seen[e]))
     return Explanation(engine, null, current, tuple(causes), ranking, seen, hidden)
+
+
+def acting(
+    engine: Engine, fit: Fit, causes: Sequence[Cause], varying: Cause
+) -> tuple[Engine, Fit, list[Cause]]:
+    """Let a cause that varies act, in the place of the same held constant."""
+    engine, fit, varying = with_profile(engine, fit, varying)
+    return engine, fit, [*(c for c in causes if c.effect != varying.effect), varying]
 
 
 def free_of(

@@ -18,7 +18,12 @@ from numpy.typing import NDArray
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import Knob, neutral_of
-from rcc_sim.diagnose.noise import Whitener, log_likelihood, weights
+from rcc_sim.diagnose.noise import (
+    Whitener,
+    fit_whitener,
+    log_likelihood,
+    weights,
+)
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.units import unit_of
 
@@ -58,7 +63,7 @@ class Profile:
     beside_drift : bool
         Whether it was weighed together with the drift of a sensor.
     normal : tuple of ndarray or None
-        Normal equations of the strengths; None where they were weighed with a drift.
+        Normal equations of the strengths; None where they were weighed with the noise.
     mean_sd : float
         Standard deviation of their mean, by which all may be off together.
     """
@@ -77,7 +82,7 @@ class Profile:
     def coherence(self) -> float:
         """Nats by which strengths that change little from knot to knot are likelier.
 
-        Than such as know nothing of each other; infinite beside a drift.
+        Than such as know nothing of each other; infinite if weighed with the noise.
         """
         if self.normal is None:
             return inf
@@ -174,7 +179,7 @@ class Probe:
     def profile(self, log: int, along: str, x: Array, count: int) -> Profile:
         """Strengths over a coordinate x of one log, and the evidence for them."""
         knots = np.linspace(x.min(), x.max(), count)
-        tracks = [i for i in self.tracks if self.engine.tracks[i][0] == log]
+        tracks = self._tracks_of(log)
         if not tracks or knots[0] == knots[-1]:
             return Profile(self.key, along, knots, 0 * knots, 0 * knots, 0.0)
         H = windows(x, knots)
@@ -197,7 +202,7 @@ class Probe:
 
     def sharper(self, profile: Profile, log: int, x: Array) -> Profile:
         """The same by the noise that it leaves: sharper, and no likelier for it."""
-        if profile.beside_drift or profile.evidence <= 0:
+        if profile.normal is None or profile.evidence <= 0:
             return profile
         found, again = self._both(profile, log, x)
         if again.evidence <= found.evidence:
@@ -212,9 +217,41 @@ class Probe:
         """
         return self._both(profile, log, x)[1].evidence
 
+    def per_row(self, log: int) -> tuple[Array, Array]:
+        """Likeliest strength row by row, and how much each tells (inverse variance).
+
+        By a noise that remembers nothing.
+        """
+        told = np.zeros(len(self.engine.problems[log].log["time_s"]))
+        asked = np.zeros_like(told)
+        tracks = self._tracks_of(log)
+        for i, w in zip(tracks, self._forgetful(tracks), strict=True):
+            v, signal = w.valid, self.signal[i] / w.sigma**2
+            asked[v] -= (signal * self.fit.residuals[i])[v]
+            told[v] += (signal * self.signal[i])[v]
+        return asked / np.maximum(told, 1e-300), told
+
+    def levels(self, log: int, H: Array) -> Weighed:
+        """Strengths in windows H (n, k) that know nothing of each other.
+
+        Weighed against the noise, from one that remembers nothing: what switches passes
+        for one that does.
+        """
+        tracks, shape = self._tracks_of(log), np.eye(H.shape[1])
+        noise = self._forgetful(tracks)
+        found = self._weighed(tracks, H, noise, self._left(tracks), shape)
+        return self._relearnt(tracks, H, found, shape)
+
+    def _forgetful(self, tracks: list[int]) -> list[Whitener]:
+        pairs = [(self.fit.residuals[i], self.fit.noise[i].valid) for i in tracks]
+        return [fit_whitener(e, valid, [], []) for e, valid in pairs]
+
+    def _tracks_of(self, log: int) -> list[int]:
+        return [i for i in self.tracks if self.engine.tracks[i][0] == log]
+
     def _both(self, profile: Profile, log: int, x: Array) -> tuple[Weighed, Weighed]:
         """Strengths by the noise of the fit, and by the noise that they leave."""
-        tracks = [i for i in self.tracks if self.engine.tracks[i][0] == log]
+        tracks = self._tracks_of(log)
         H = windows(x, profile.knots)
         noise = [self.fit.noise[i] for i in tracks]
         found = self._weighed(tracks, H, noise, self._left(tracks))
@@ -240,8 +277,12 @@ class Probe:
         H: Array,
         noise: list[Whitener],
         left: list[Array],
+        shape: Array | None = None,
     ) -> Weighed:
-        """Strengths in some windows, by a noise and what is left to weigh rows by."""
+        """Strengths in some windows, by a noise and what is left to weigh rows by.
+
+        They change little from window to window, or as the prior's ``shape`` says.
+        """
         fit = self.fit
         pairs = list(zip(noise, tracks, strict=True))
         A = np.vstack([w(self.signal[i][:, None] * H) for w, i in pairs])
@@ -253,11 +294,15 @@ class Probe:
             x *= W[:, None] if x.ndim > 1 else W
         off = np.array([fit.values[k.key] - k.value for k in fit.knobs])
         M, b, back = freed(A, r, J, np.array([k.sd for k in fit.knobs]), off)
-        evidence, value, sd, mean_sd = likeliest(M, b, smooth(len(b)))
+        evidence, value, sd, mean_sd = likeliest(
+            M, b, smooth(len(b)) if shape is None else shape
+        )
         cost = float(b @ value - 0.5 * value @ M @ value) - evidence
         return Weighed(evidence, value, sd, back(value), cost, (M, b), mean_sd)
 
-    def _relearnt(self, tracks: list[int], H: Array, found: Weighed) -> Weighed:
+    def _relearnt(
+        self, tracks: list[int], H: Array, found: Weighed, shape: Array | None = None
+    ) -> Weighed:
         """Weigh a profile against the noise, as either may be taken for the other.
 
         The noise is learnt anew from what the profile leaves. The evidence is the
@@ -279,7 +324,7 @@ class Probe:
                 for i in tracks
             ]
             noise = self.engine.learn_noise_of(tracks, left)
-            now = self._weighed(tracks, H, noise, left)
+            now = self._weighed(tracks, H, noise, left, shape)
             likely = sum(log_likelihood(w, e) for w, e in zip(noise, left, strict=True))
             pull = 0.5 * float((((off + now.knobs) / sd) ** 2 - (off / sd) ** 2).sum())
             now = replace(now, evidence=likely - all_in - pull - now.cost)

@@ -157,13 +157,11 @@ def remainder(
     makes readings smoother or rougher, and that is what would come and go.
     """
     steered = all(p.drive.steered for p in engine.problems)
-    known = {**engine.problems[0].vehicle.figures(), **fit.values}
-    tables = {key.rpartition(".")[0] for key in known}
     forms: list[Callable[[], list[Remainder]]] = []
-    for name, keys in CARRIERS.items():
+    for name in CARRIERS:
         if name in CORNERING and not steered:
             continue
-        key = next((k for k in keys[1:] if tables & {k.rpartition(".")[0]}), keys[0])
+        key = carrier_of(engine, fit, name)
         forms.append(partial(acting_as, engine, fit, name, key))
     forms += [partial(bursts, engine, fit, log) for log in range(len(engine.problems))]
     for name, figures in (constant or {}).items():
@@ -172,6 +170,14 @@ def remainder(
                 forms.append(partial(changing, engine, fit, name, knob))
     each = [r for found in engine.each(lambda form: form(), forms) for r in found]
     return replace(clearest(each), rivals=tuple(each))
+
+
+def carrier_of(engine: Engine, fit: Fit, name: str) -> str:
+    """Return the figure by which the model acts in one of the ``CARRIERS``."""
+    known = {**engine.problems[0].vehicle.figures(), **fit.values}
+    tables = {key.rpartition(".")[0] for key in known}
+    keys = CARRIERS[name]
+    return next((k for k in keys[1:] if k.rpartition(".")[0] in tables), keys[0])
 
 
 def acting_as(engine: Engine, fit: Fit, name: str, key: str) -> list[Remainder]:

@@ -1,0 +1,53 @@
+"""Where the levels of something that switches begin, against trying every way."""
+
+from __future__ import annotations
+
+from itertools import combinations, pairwise
+
+import numpy as np
+import pytest
+
+from rcc_sim.diagnose.switched import segments
+
+
+def cost(value, told, edges, nats):
+    """Misfit of each level's weighted mean, and what the levels cost."""
+    total = nats * (len(edges) - 1)
+    for a, b in pairwise(edges):
+        level = np.average(value[a:b], weights=told[a:b])
+        total += 0.5 * float((told[a:b] * (value[a:b] - level) ** 2).sum())
+    return total
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("least", [1, 2, 3])
+def test_no_other_levels_are_likelier(seed, least):
+    rng = np.random.default_rng(seed)
+    value = np.repeat(rng.normal(0, 3, 4), 3) + rng.normal(0, 1, 12)
+    told = rng.uniform(0.5, 2, 12)
+    every = [
+        (0, *inner, 12)
+        for k in range(5)
+        for inner in combinations(range(1, 12), k)
+        if min(np.diff((0, *inner, 12))) >= least
+    ]
+    best = min(every, key=lambda edges: cost(value, told, edges, 4.0))
+    assert segments(value, told, least, 4.0) == best
+
+
+def test_levels_begin_where_a_load_switches():
+    rng = np.random.default_rng(1)
+    on = np.repeat([1.0, 0, 1, 0], [120, 60, 30, 90])
+    value = 4.0 * on + rng.normal(0, 1.2, len(on))
+    edges = segments(value, np.full(len(on), 1 / 1.2**2), 10, 10.0)
+    assert len(edges) == 5
+    assert np.abs(np.array(edges) - [0, 120, 180, 210, 300]).max() <= 1
+
+
+def test_noise_has_one_level():
+    value = np.random.default_rng(2).normal(0, 1, 400)
+    assert segments(value, np.ones(400), 5, 10.0) == (0, 400)
+
+
+def test_fewer_values_than_a_level_holds_are_one():
+    assert segments(np.arange(3.0), np.ones(3), 5, 1.0) == (0, 3)
