@@ -62,3 +62,43 @@ def test_a_heater_that_switches_is_named_with_its_mean(tmp_path, heater):
 
 def test_a_rough_road_alone_is_no_load(tmp_path):
     assert not diagnose([driven(tmp_path, np.zeros_like)], CAR).asserted
+
+
+SMALL = load_vehicle("rcc")
+LEAST_W, LAMP_W = 1.0, 4.0
+
+
+def driven_small(folder, seed, lamp_w):
+    """75 s of a small car whose lamp goes on and off every three to nine seconds."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(0.0, 75.0, 0.02)
+    speed = 2.0 + 1.2 * np.sin(time / 4) + 0.6 * np.sin(time / 1.7)
+    on = np.searchsorted(np.cumsum(rng.uniform(3, 9, 40)), time) % 2
+    aux = LEAST_W + lamp_w * on
+    made = Trace({"time_s": time, "speed_mps": speed, "aux_power_w": aux}, name="made")
+    seen = replay(SMALL, drive_of(made, SMALL))
+    noise = {"speed_mps": 0.005, "battery_voltage_v": 0.02, "battery_current_a": 0.15}
+    log = {n: seen[n] + rng.normal(0, s, len(time)) for n, s in noise.items()}
+    path = folder / "log.csv"
+    table = np.column_stack([time, *log.values()])
+    head = ",".join(["time_s", *log])
+    np.savetxt(path, table, fmt="%.6g", delimiter=",", header=head, comments="")
+    return open_log(path, SMALL), aux
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_lamp_that_switches_every_few_seconds_is_named_level_by_level(tmp_path, seed):
+    log, aux = driven_small(tmp_path, seed, LAMP_W)
+    found = diagnose([log], SMALL)
+    (one,) = found.asserted
+    assert one.cause.effect == "auxiliary_load"
+    told = one.figures["power_w"]
+    assert told.low < aux.mean() < told.high
+    time = np.arange(0.0, 75.0, 0.02)
+    assert np.corrcoef(one.cause.profiles[0].at(time), aux)[0, 1] > 0.9
+    assert told.most - told.least == pytest.approx(LAMP_W, abs=1.0)
+
+
+def test_a_lamp_that_stays_on_is_no_load_that_switches(tmp_path):
+    log, _ = driven_small(tmp_path, 1, 0.0)
+    assert all(not a.cause.profiles for a in diagnose([log], SMALL).asserted)
