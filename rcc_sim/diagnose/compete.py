@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.candidates import Candidate
-from rcc_sim.diagnose.cause import ENOUGH, Cause
+from rcc_sim.diagnose.cause import BRISK_ENOUGH, ENOUGH, PROFILES, Cause
 from rcc_sim.diagnose.detect import least_seen, shows_likely
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
@@ -20,14 +20,7 @@ from rcc_sim.diagnose.refine import Refined, contenders, screened
 from rcc_sim.diagnose.remainder import remainder
 from rcc_sim.diagnose.screen import Screened
 from rcc_sim.diagnose.sums import with_all_figures
-from rcc_sim.diagnose.switched import switching_load
-from rcc_sim.diagnose.varying import (
-    BRISK_ENOUGH,
-    PROFILES,
-    enough_of,
-    profile_cause,
-    with_profile,
-)
+from rcc_sim.diagnose.varying import enough_of, profile_cause, with_profile
 
 Array = NDArray[np.float64]
 
@@ -111,12 +104,7 @@ def compete(
                 engine, current, causes = acting(engine, current, causes, varying)
                 continue
         if not (best and one) or best.trusted < needed_gain(causes, one.shares):
-            switching = switching_load(engine, current, named)
-            if not switching or switching.gain < needed_gain(causes, switching.shares):
-                break
-            ranking[switching.effect] = switching.gain
-            engine, current, causes = acting(engine, current, causes, switching)
-            continue
+            break
         causes = taken_in(causes, replace(one, screened=constant))
         current = descent.fit(engine, best.fit.values, best.fit.knobs, best.fit.noise)
         causes, current = with_all_figures(engine, current, causes, candidates)
@@ -215,13 +203,15 @@ def is_clear(
 
     It must also beat the best constant cause, and the same effect held constant, if
     there is one that would be taken in. All gains are by the same noise. One that shows
-    by the noise that it leaves alone is weighed so, against its own effect at most.
+    by the noise that it leaves alone is weighed so, against its own effect at most; one
+    that switches, and was weighed together with that noise, against any.
     """
-    if varying.sharpened > 1:
-        if one and one.effect not in PROFILES:
+    if varying.switches or varying.sharpened > 1:
+        if not varying.switches and one and one.effect not in PROFILES:
             return False
+        gain = varying.gain * varying.sharpened
         rival = one.gain * one.sharpened if one else 0.0
-        return varying.gain * varying.sharpened > rival + BRISK_ENOUGH
+        return gain > max(rival + BRISK_ENOUGH, needed_gain(causes, varying.shares))
     enough = min(enough_of(p) for p in varying.profiles.values())
     same = held.get(varying.effect, 0.0) + enough / 2 if one else 0.0
     needed = max(enough, needed_gain(causes, varying.shares), same)

@@ -13,6 +13,7 @@ from rcc_sim.definitions.kernel import road_of
 from rcc_sim.definitions.write_vehicle import write_vehicle
 from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.menu import Run, level_column, limits_of, menu
+from rcc_sim.diagnose.profile import Profile
 from rcc_sim.diagnose.run import Diagnosis
 from rcc_sim.errors import InputError
 from rcc_sim.readers import write_commands
@@ -41,7 +42,7 @@ def write_mended(found: Diagnosis, path: Path) -> None:
         profile = a.cause.profiles.get(0)
         if profile is not None and profile.along == "distance_m":
             beside = path.with_name(f"{path.stem}.{a.cause.effect}.csv")
-            distance, slope = beyond(profile.knots, profile.value)
+            distance, slope = beyond(profile)
             stated = road_of(found.vehicle)
             if stated is None:
                 distance = distance * share
@@ -57,15 +58,15 @@ def write_mended(found: Diagnosis, path: Path) -> None:
     write_vehicle(found.vehicle, path, found.figures(), effects, log)
 
 
-def beyond(knots: Array, value: Array) -> tuple[Array, Array]:
+def beyond(profile: Profile) -> tuple[Array, Array]:
     """Return a profile less its mean, and one knot more at which it is nil.
 
     A drive that goes farther than the log finds there the road that the file states,
     and not for ever the last slope that was found.
     """
-    step = knots[-1] - knots[-2] if len(knots) > 1 else 1.0
-    mean = value.mean()
-    return np.append(knots, knots[-1] + step), np.append(value - mean, -mean)
+    knots, mean = profile.knots, profile.mean
+    step = knots[-1] - knots[-2]
+    return np.append(knots, knots[-1] + step), np.append(profile.value - mean, -mean)
 
 
 def varying(found: Diagnosis) -> list[str]:

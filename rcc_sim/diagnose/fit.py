@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,6 +49,16 @@ class Fit:
     def score(self) -> float:
         """Log-posterior, up to a constant."""
         return self.loglik + self.prior
+
+    def holding(self, key: str) -> Fit:
+        """Return the same with one figure held where it is."""
+        kept = [i for i, k in enumerate(self.knobs) if k.key != key]
+        return replace(
+            self,
+            knobs=tuple(self.knobs[i] for i in kept),
+            information=self.information[np.ix_(kept, kept)],
+            signals=[self.signals[i] for i in kept],
+        )
 
     def sd(self, key: str) -> float:
         """Standard deviation of a figure, the others being free."""

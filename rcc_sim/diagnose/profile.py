@@ -8,7 +8,6 @@ a prior on their size and roughness that the log itself scales.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import inf
 
@@ -25,15 +24,10 @@ from rcc_sim.diagnose.noise import (
     weights,
 )
 from rcc_sim.diagnose.problem import Problem
+from rcc_sim.diagnose.strengths import Weighed, freed, likeliest, smooth, windows
 from rcc_sim.units import unit_of
 
 Array = NDArray[np.float64]
-
-SIZES = np.logspace(-1, 4, 21)
-"""Sizes of a profile that are tried, in times what one window could tell."""
-
-ROUGHNESS = 0.5
-"""Size of the change from window to window, in times the size of the profile."""
 
 DRIFTS = ("effects.auxiliary_load.power_w",)
 """What a slow drift of the battery's gauge looks the same as, and gives way to."""
@@ -66,6 +60,8 @@ class Profile:
         Normal equations of the strengths; None where they were weighed with the noise.
     mean_sd : float
         Standard deviation of their mean, by which all may be off together.
+    steps : bool
+        Whether it goes from level to level.
     """
 
     key: str
@@ -77,6 +73,13 @@ class Profile:
     beside_drift: bool = False
     normal: tuple[Array, Array] | None = None
     mean_sd: float = 0.0
+    steps: bool = False
+
+    @property
+    def mean(self) -> float:
+        """Mean strength along the coordinate, from the first knot to the last."""
+        whole = float(self.knots[-1] - self.knots[0])
+        return float(np.trapezoid(self.value, self.knots)) / whole
 
     @property
     def coherence(self) -> float:
@@ -88,9 +91,20 @@ class Profile:
             return inf
         return self.evidence - likeliest(*self.normal, np.eye(len(self.knots)))[0]
 
+    @property
+    def own_sd(self) -> Array:
+        """Standard deviation at each knot, without what all have in common."""
+        least = OWN * self.sd**2
+        own: Array = np.sqrt(np.maximum(self.sd**2 - self.mean_sd**2, least))
+        return own
+
     def at(self, x: Array) -> Array:
         """Strength at a coordinate; the ends hold beyond them."""
         return np.interp(x, self.knots, self.value)
+
+    def raised(self, level: float) -> Profile:
+        """Return it on top of so much more."""
+        return replace(self, value=self.value + level)
 
     def plus(self, more: Profile) -> Profile:
         """Return it with more of the same effect, found in what it left."""
@@ -108,8 +122,7 @@ class Profile:
         may make up for, is then no doubt.
         """
         usual = float(np.median(self.value))
-        own = np.sqrt(np.maximum(self.sd**2 - self.mean_sd**2, OWN * self.sd**2))
-        sd, own = (np.interp(x, self.knots, y) for y in (self.sd, own))
+        sd, own = (np.interp(x, self.knots, y) for y in (self.sd, self.own_sd))
         value = self.at(x)
         apart = (np.abs(value - usual) > times * own) & (np.abs(value) > abs(usual))
         return apart | (np.abs(value) > times * sd)
@@ -128,40 +141,13 @@ def overlap(a: Array, b: Array) -> float:
     return float(np.minimum(a, b).sum())
 
 
-def windows(x: Array, knots: Array) -> Array:
-    """Piecewise linear windows (n, k) around knots, that sum to 1."""
-    i = np.clip(np.searchsorted(knots, x, side="right") - 1, 0, len(knots) - 2)
-    part = np.clip((x - knots[i]) / (knots[i + 1] - knots[i]), 0.0, 1.0)
-    H = np.zeros((len(knots), len(x)))  # a window's rows lie side by side
-    rows = np.arange(len(x))
-    H[i, rows] = 1 - part
-    H[i + 1, rows] += part
-    return H.T
-
-
-@dataclass(frozen=True)
-class Weighed:
-    """Strengths with their sd, how the knobs give way, and what the prior costs."""
-
-    evidence: float
-    value: Array
-    sd: Array
-    knobs: Array
-    cost: float
-    normal: tuple[Array, Array]
-    mean_sd: float
-
-
 class Probe:
     """The signal of one figure at a fit, ready to be cut into windows."""
 
     def __init__(self, engine: Engine, fit: Fit, key: str, size: float) -> None:
         self.engine, self.fit, self.key = engine, fit, key
         self._white: dict[int, Array] = {}
-        base = fit.values.get(key)
-        if base is None:
-            figure = engine.problems[0].vehicle.figures().get(key)
-            base = figure.value if figure else neutral_of(key)
+        base = fit.values.get(key, stated(engine, key))
         start = engine.residuals(fit.values, coarse=True)
         size, moved = engine.aside(fit.values | {key: base}, Knob(key, base), size)
         pairs = zip(moved, start, strict=True)
@@ -294,9 +280,8 @@ class Probe:
             x *= W[:, None] if x.ndim > 1 else W
         off = np.array([fit.values[k.key] - k.value for k in fit.knobs])
         M, b, back = freed(A, r, J, np.array([k.sd for k in fit.knobs]), off)
-        evidence, value, sd, mean_sd = likeliest(
-            M, b, smooth(len(b)) if shape is None else shape
-        )
+        shape = smooth(len(b)) if shape is None else shape
+        evidence, value, sd, mean_sd = likeliest(M, b, shape, H.mean(axis=0))
         cost = float(b @ value - 0.5 * value @ M @ value) - evidence
         return Weighed(evidence, value, sd, back(value), cost, (M, b), mean_sd)
 
@@ -333,65 +318,17 @@ class Probe:
         return best
 
 
-def freed(
-    A: Array, r: Array, J: Array, sd: Array, off: Array
-) -> tuple[Array, Array, Callable[[Array], Array]]:
-    """Normal equations of A a = -r once the knobs J, with priors sd, give way.
-
-    A knob that is ``off`` what was expected of it is drawn back there.
-    The third tells by how much the knobs move with strengths a.
-    """
-    unit = np.where(np.isfinite(sd), sd, 1 / np.sqrt((J**2).sum(0) + 1e-300))
-    J = J * unit
-    N = J.T @ J + np.diag(np.where(np.isfinite(sd), 1.0, 1e-9))
-    JA, drawn = J.T @ A, np.where(np.isfinite(sd), off / unit, 0.0)
-    G = np.linalg.solve(N, np.column_stack([JA, J.T @ r + drawn]))
-    M = A.T @ A - JA.T @ G[:, :-1]
-
-    def back(a: Array) -> Array:
-        moved: Array = -unit * (G @ np.append(a, 1.0))
-        return moved
-
-    return 0.5 * (M + M.T), -(A.T @ r - JA.T @ G[:, -1]), back
-
-
-def smooth(k: int) -> Array:
-    """Inverse covariance of k strengths of size 1 that change little knot by knot."""
-    D = np.diff(np.eye(k), axis=0)
-    level = np.full((k, k), 1 / k)  # a mean counts as one figure, not as one a knot
-    inverse: Array = np.eye(k) - level + level / k + D.T @ D / ROUGHNESS**2
-    return inverse
-
-
-def likeliest(M: Array, b: Array, shape: Array) -> tuple[float, Array, Array, float]:
-    """Evidence, strengths, their sd and their mean's, for the likeliest prior size.
-
-    ``shape`` is the prior's inverse covariance at size 1.
-    """
-    k = len(b)
-    unit = 1 / (np.sqrt(max(np.trace(M), 0.0) / k) or 1.0)
-    least = 0.5 * np.linalg.slogdet(shape)[1]
-    best = (0.0, np.zeros(k), np.zeros(k), 0.0)
-    for size in SIZES:
-        tau = size * unit
-        P = shape / tau**2
-        C = np.linalg.cholesky(M + P + 1e-12 * np.trace(M) / k * np.eye(k))
-        y = np.linalg.solve(C, b)
-        half = np.log(np.diag(C)).sum() - least + k * np.log(tau)
-        value = float(0.5 * y @ y - half)
-        if value > best[0]:
-            inverse = np.linalg.inv(C)
-            sd = np.sqrt((inverse**2).sum(0))
-            mean_sd = float(np.linalg.norm(inverse.sum(1))) / k
-            best = (value, inverse.T @ y, sd, mean_sd)
-    return best
-
-
 def acted_on(problem: Problem, profile: Profile) -> Problem:
     """The same drive with a profile acting: on its road, or as a load on top."""
     if profile.along == "distance_m":
         return problem.on_road(profile.knots, profile.value)
     return problem.with_load(profile.at(problem.coordinate(profile.along)))
+
+
+def stated(engine: Engine, key: str) -> float:
+    """Return what the vehicle file says of a figure, or what it is without."""
+    figure = engine.problems[0].vehicle.figures().get(key)
+    return figure.value if figure else neutral_of(key)
 
 
 def probe_size(engine: Engine, key: str) -> float:

@@ -8,18 +8,16 @@ the noise that they leave.
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from math import ceil, lgamma
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.diagnose.cause import Cause
+from rcc_sim.diagnose.cause import BRISK_ENOUGH, PROFILES, Cause
 from rcc_sim.diagnose.engine import MEMORY, Engine
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.profile import Probe, Profile, probe_size
-from rcc_sim.diagnose.remainder import carrier_of, remainder
-from rcc_sim.diagnose.varying import BRISK_ENOUGH, PROFILES
+from rcc_sim.diagnose.remainder import carrier_of
 
 Array = NDArray[np.float64]
 
@@ -33,23 +31,25 @@ PENALTIES = (10.0, 40.0, 160.0)
 one that does, is found by trying."""
 
 
-def switching_load(engine: Engine, fit: Fit, named: Collection[str]) -> Cause | None:
-    """Return a load that switches on and off, if it is clear and nothing else is.
+def as_levels(engine: Engine, fit: Fit) -> Cause | None:
+    """Return a load that switches on and off, if what is left of a fit is one.
 
-    Nothing unknown may be real, and the same levels of a drag have to be less likely by
-    as much as a load must gain.
+    The same levels of a drag have to be less likely by as much as a load must gain.
     """
-    if LOAD not in named or any(w.turned is not None for w in fit.noise):
+    if any(w.turned is not None for w in fit.noise):
         return None
     key, along = PROFILES[LOAD]
     probe = Probe(engine, fit, key, probe_size(engine, key))
     found: dict[int, Profile] = {}
     windows: dict[int, tuple[Array, float]] = {}
     for i, problem in enumerate(engine.problems):
-        best = stepped(probe, i, problem.coordinate(along))
+        x = problem.coordinate(along)
+        best = stepped(probe, i, x)
         if best and best[0].evidence > BRISK_ENOUGH:
             found[i], windows[i] = best[0], best[1:]
-    if not found or remainder(engine, fit).is_real:
+        else:
+            found[i] = Profile(key, along, x[[0, -1]], np.zeros(2), np.zeros(2), 0.0)
+    if not windows:
         return None
     drag = carrier_of(engine, fit, "drag")
     other = Probe(engine, fit, drag, probe_size(engine, drag))
@@ -96,6 +96,7 @@ def stepped(probe: Probe, log: int, x: Array) -> tuple[Profile, Array, float] | 
                     levels.sd.repeat(2),
                     levels.evidence - cost,
                     mean_sd=levels.mean_sd,
+                    steps=True,
                 ),
                 H,
                 cost,

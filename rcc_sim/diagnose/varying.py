@@ -4,32 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from math import inf
 
 import numpy as np
 
 from rcc_sim.diagnose import descent
-from rcc_sim.diagnose.cause import ENOUGH, Cause
+from rcc_sim.diagnose.cause import (
+    BRISK_ENOUGH,
+    ENOUGH,
+    PROFILE_ENOUGH,
+    PROFILES,
+    Cause,
+)
 from rcc_sim.diagnose.engine import MEMORY, Engine
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.problem import Problem
-from rcc_sim.diagnose.profile import Probe, Profile, acted_on, probe_size
+from rcc_sim.diagnose.profile import Probe, Profile, acted_on, probe_size, stated
 from rcc_sim.diagnose.refine import TIED, TOO_FAR
-
-PROFILES = {
-    "road_grade": ("effects.road_grade.slope", "distance_m"),
-    "auxiliary_load": ("effects.auxiliary_load.power_w", "time_s"),
-}
-"""Effect that may vary -> its figure, and what it varies along."""
-
-PROFILE_ENOUGH, BRISK_ENOUGH = 60.0, 30.0
-"""Nats that a profile must gain; and a load that changes within twice the time that
-noise remembers, which nothing that is slow by chance looks like, or that hangs together
-and is weighed against the noise that passes for it. Of 264 drives of the blind plant
-without a cause, 6 had a slope that gained 46 to 69 (a rough road is a force, too), none
-a load that gained more than 26, and none of the 140 short ones a load that gained 1; of
-110 others none had a load that hangs together in as many windows as are tried first. It
-must beat a constant by half of this. One that is weighed together with a sensor's drift
-needs no more than a constant cause: noise alone gained 10 once in 100 draws."""
+from rcc_sim.diagnose.switched import LOAD, as_levels
 
 WINDOW_COUNTS = (20, 60)
 FINER, SHORTEST = (120, 240, 480), 1.25
@@ -49,15 +41,31 @@ ROOM = 2e7
 def profile_cause(engine: Engine, fit: Fit, named: set[str]) -> Cause | None:
     """Return the effect that best explains as a profile what a fit leaves, if any.
 
-    One that shows by the noise that it leaves alone, if no other does.
+    One that shows by the noise that it leaves alone, if no other does; a load that
+    switches, if it is likelier than what changes little by little, each with its noise.
     """
     wanted = [effect for effect in PROFILES if effect in named]
     tried = engine.each(lambda effect: as_profile(engine, fit, effect), wanted)
     every = sorted((c for c in tried if c), key=lambda c: -c.gain)
+    steps = as_levels(engine, held(fit, PROFILES[LOAD][0])) if LOAD in named else None
+    if steps and not is_stated(engine, steps):
+        rival = max((with_its_noise(engine, fit, c) for c in every), default=0.0)
+        if steps.gain > rival:
+            return replace(steps, rival=max(steps.rival, rival))
     found = [c for c in every if c.sharpened == 1] or every
     if not found:
         return None
     return replace(found[0], rival=max((c.gain for c in found[1:]), default=0.0))
+
+
+def with_its_noise(engine: Engine, fit: Fit, cause: Cause) -> float:
+    """Nats of a cause's profiles, each together with the noise that it leaves."""
+    key, along = PROFILES[cause.effect]
+    probe = Probe(engine, held(fit, key), key, probe_size(engine, key))
+    return sum(
+        probe.with_noise(p, i, engine.problems[i].coordinate(along))
+        for i, p in cause.profiles.items()
+    )
 
 
 def as_profile(engine: Engine, fit: Fit, effect: str) -> Cause | None:
@@ -65,7 +73,7 @@ def as_profile(engine: Engine, fit: Fit, effect: str) -> Cause | None:
     key, along = PROFILES[effect]
     found: dict[int, Profile] = {}
     coherence, sharpened = 0.0, 1.0
-    probe = Probe(engine, fit, key, probe_size(engine, key))
+    probe = Probe(engine, held(fit, key), key, probe_size(engine, key))
     for i, problem in enumerate(engine.problems):
         x = problem.coordinate(along)
         tried = [probe.profile(i, along, x, n) for n in WINDOW_COUNTS]
@@ -81,10 +89,8 @@ def as_profile(engine: Engine, fit: Fit, effect: str) -> Cause | None:
         sharpened = beside_noise(probe, found) if along == "time_s" else 1.0
         if sharpened == 1:
             return None
-    if is_stated(engine, key, found.values()):
-        return None
     gain = sum(p.evidence for p in found.values())
-    return Cause(
+    cause = Cause(
         effect,
         (key,),
         gain,
@@ -92,6 +98,7 @@ def as_profile(engine: Engine, fit: Fit, effect: str) -> Cause | None:
         sharpened=sharpened,
         shares=probe.shares,
     )
+    return None if is_stated(engine, cause) else cause
 
 
 def beside_noise(probe: Probe, found: Mapping[int, Profile]) -> float:
@@ -125,24 +132,40 @@ def finer(problem: Problem) -> list[int]:
     return [n for n in FINER if n < most]
 
 
-def is_stated(engine: Engine, key: str, profiles: Iterable[Profile]) -> bool:
+def is_stated(engine: Engine, cause: Cause) -> bool:
     """Tell whether profiles stay within what the file's sd of their figure allows."""
-    figure = engine.problems[0].vehicle.figures().get(key)
-    size = np.sqrt(np.mean(np.concatenate([p.value for p in profiles]) ** 2))
+    figure = engine.problems[0].vehicle.figures().get(cause.keys[0])
+    values = np.concatenate([p.value for p in cause.profiles.values()])
+    size = np.sqrt(np.mean(values**2))
     return figure is not None and bool(size < TOO_FAR * figure.sd)
+
+
+def held(fit: Fit, key: str) -> Fit:
+    """Return a fit in which a cause, constant so far, is left to vary about its level.
+
+    While it could move as well, a profile's own level would mean nothing.
+    """
+    free = any(k.key == key and k.sd == inf for k in fit.knobs)
+    return fit.holding(key) if free else fit
 
 
 def with_profile(engine: Engine, fit: Fit, cause: Cause) -> tuple[Engine, Fit, Cause]:
     """Let a profile act on the logs, by the noise it leaves; fit the knobs anew.
 
-    Under less noise more of it shows: it is sharpened as long as it gains.
+    Under less noise more of it shows: it is sharpened as long as it gains. It takes in
+    what the same effect was found to be as a constant.
     """
     key, along = PROFILES[cause.effect]
-    probe = Probe(engine, fit, key, probe_size(engine, key))
+    about = held(fit, key)
+    probe = Probe(engine, about, key, probe_size(engine, key))
     found = {
         i: probe.sharper(p, i, engine.problems[i].coordinate(along))
         for i, p in cause.profiles.items()
     }
+    values = dict(about.values)
+    if about is not fit:
+        level = values.pop(key) - stated(engine, key)
+        found = {i: p.raised(level) for i, p in found.items()}
     profiles: dict[int, Profile] = {}
     for _ in range(SHARPENED):
         if not found:
@@ -152,7 +175,8 @@ def with_profile(engine: Engine, fit: Fit, cause: Cause) -> tuple[Engine, Fit, C
             problems[i] = acted_on(problems[i], more)
             profiles[i] = profiles[i].plus(more) if i in profiles else more
         engine = Engine(problems)
-        fit = descent.fit(engine, fit.values, fit.knobs)
+        fit = descent.fit(engine, values, about.knobs)
+        values = fit.values
         found = more_of(engine, fit, key, along, profiles)
     return engine, fit, replace(cause, profiles=profiles)
 

@@ -260,7 +260,7 @@ def _of_profile(fit: Fit, key: str, cause: Cause, stated: float) -> Estimate:
     bounds = EFFECTS[cause.effect].param(key.rpartition(".")[2]).bounds
     base = fit.values.get(key, stated)
     every = np.concatenate([p.value for p in cause.profiles.values()]) + base
-    mean = float(profile.value.mean()) + base
+    mean = profile.mean + base
     sd = INTERVAL * profile.mean_sd
     told = [mean, mean - Z_90 * sd, mean + Z_90 * sd, every.min(), every.max()]
     value, low, high, least, most = np.clip(told, *bounds).tolist()

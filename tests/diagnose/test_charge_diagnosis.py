@@ -12,9 +12,10 @@ from rcc_sim.diagnose.compete import compete
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.posed import problem_of
-from rcc_sim.diagnose.profile import Profile, freed
+from rcc_sim.diagnose.profile import Profile
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.diagnose.signatures import signatures
+from rcc_sim.diagnose.strengths import freed
 from rcc_sim.diagnose.verdict import estimates
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import replay

@@ -4,7 +4,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import multivariate_normal
 
-from rcc_sim.diagnose.profile import SIZES, freed, likeliest, overlap, smooth, windows
+from rcc_sim.diagnose.profile import overlap
+from rcc_sim.diagnose.strengths import SIZES, freed, likeliest, smooth, windows
 
 
 @given(knots=st.integers(2, 40), seed=st.integers(0, 99))

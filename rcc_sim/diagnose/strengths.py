@@ -1,0 +1,107 @@
+"""Strengths in windows over a drive: how likely, how large, how sure.
+
+A linear problem with a Gaussian prior, whose size the log itself tells (empirical
+Bayes): the evidence is the marginal likelihood at its most likely size. [1]_
+
+References
+----------
+.. [1] D. J. C. MacKay, "Bayesian interpolation," Neural Computation 4 (1992) 415.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+SIZES = np.logspace(-1, 4, 21)
+"""Sizes of a profile that are tried, in times what one window could tell."""
+
+ROUGHNESS = 0.5
+"""Size of the change from window to window, in times the size of the profile."""
+
+
+@dataclass(frozen=True)
+class Weighed:
+    """Strengths with their sd, how the knobs give way, and what the prior costs."""
+
+    evidence: float
+    value: Array
+    sd: Array
+    knobs: Array
+    cost: float
+    normal: tuple[Array, Array]
+    mean_sd: float
+
+
+def windows(x: Array, knots: Array) -> Array:
+    """Piecewise linear windows (n, k) around knots, that sum to 1."""
+    i = np.clip(np.searchsorted(knots, x, side="right") - 1, 0, len(knots) - 2)
+    part = np.clip((x - knots[i]) / (knots[i + 1] - knots[i]), 0.0, 1.0)
+    H = np.zeros((len(knots), len(x)))  # a window's rows lie side by side
+    rows = np.arange(len(x))
+    H[i, rows] = 1 - part
+    H[i + 1, rows] += part
+    return H.T
+
+
+def freed(
+    A: Array, r: Array, J: Array, sd: Array, off: Array
+) -> tuple[Array, Array, Callable[[Array], Array]]:
+    """Normal equations of A a = -r once the knobs J, with priors sd, give way.
+
+    A knob that is ``off`` what was expected of it is drawn back there.
+    The third tells by how much the knobs move with strengths a.
+    """
+    unit = np.where(np.isfinite(sd), sd, 1 / np.sqrt((J**2).sum(0) + 1e-300))
+    J = J * unit
+    N = J.T @ J + np.diag(np.where(np.isfinite(sd), 1.0, 1e-9))
+    JA, drawn = J.T @ A, np.where(np.isfinite(sd), off / unit, 0.0)
+    G = np.linalg.solve(N, np.column_stack([JA, J.T @ r + drawn]))
+    M = A.T @ A - JA.T @ G[:, :-1]
+
+    def back(a: Array) -> Array:
+        moved: Array = -unit * (G @ np.append(a, 1.0))
+        return moved
+
+    return 0.5 * (M + M.T), -(A.T @ r - JA.T @ G[:, -1]), back
+
+
+def smooth(k: int) -> Array:
+    """Inverse covariance of k strengths of size 1 that change little knot by knot."""
+    D = np.diff(np.eye(k), axis=0)
+    level = np.full((k, k), 1 / k)  # a mean counts as one figure, not as one a knot
+    inverse: Array = np.eye(k) - level + level / k + D.T @ D / ROUGHNESS**2
+    return inverse
+
+
+def likeliest(
+    M: Array, b: Array, shape: Array, share: Array | None = None
+) -> tuple[float, Array, Array, float]:
+    """Evidence, strengths, their sd and their mean's, for the likeliest prior size.
+
+    ``shape`` is the prior's inverse covariance at size 1, ``share`` the part of the
+    rows that each strength stands for (all of the same, if not told).
+    """
+    k = len(b)
+    share = np.full(k, 1 / k) if share is None else share
+    unit = 1 / (np.sqrt(max(np.trace(M), 0.0) / k) or 1.0)
+    least = 0.5 * np.linalg.slogdet(shape)[1]
+    best = (0.0, np.zeros(k), np.zeros(k), 0.0)
+    for size in SIZES:
+        tau = size * unit
+        P = shape / tau**2
+        C = np.linalg.cholesky(M + P + 1e-12 * np.trace(M) / k * np.eye(k))
+        y = np.linalg.solve(C, b)
+        half = np.log(np.diag(C)).sum() - least + k * np.log(tau)
+        value = float(0.5 * y @ y - half)
+        if value > best[0]:
+            inverse = np.linalg.inv(C)
+            sd = np.sqrt((inverse**2).sum(0))
+            mean_sd = float(np.linalg.norm(inverse @ share))
+            best = (value, inverse.T @ y, sd, mean_sd)
+    return best
