@@ -17,7 +17,7 @@ from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import nuisance_knobs
 from rcc_sim.diagnose.profile import overlap, shares
 from rcc_sim.diagnose.refine import Refined, contenders, screened
-from rcc_sim.diagnose.remainder import remainder
+from rcc_sim.diagnose.remainder import Remainder, remainder
 from rcc_sim.diagnose.screen import Screened
 from rcc_sim.diagnose.sums import with_all_figures
 from rcc_sim.diagnose.varying import enough_of, profile_cause, with_profile
@@ -99,8 +99,7 @@ def compete(
         held = constant | {r.screened.candidate.effect: r.before for r in refined}
         if varying and is_clear(varying, one, held, causes):
             ranking[varying.effect] = max(ranking.get(varying.effect, 0), varying.gain)
-            left = remainder(engine, current).against(varying.effect, varying.shares)
-            if varying.gain > UNLIKE[varying.effect] * left:
+            if stands_out(varying, remainder(engine, current)):
                 engine, current, causes = acting(engine, current, causes, varying)
                 continue
         if not (best and one) or best.trusted < needed_gain(causes, one.shares):
@@ -121,7 +120,13 @@ def compete(
 def acting(
     engine: Engine, fit: Fit, causes: Sequence[Cause], varying: Cause
 ) -> tuple[Engine, Fit, list[Cause]]:
-    """Let a cause that varies act, in the place of the same held constant."""
+    """Let a cause that varies act, in the place of the same held constant.
+
+    Once one that switches does, the noise that it leaves is the noise.
+    """
+    if varying.switches:
+        gain = varying.gain * varying.sharpened
+        varying = replace(varying, gain=gain, sharpened=1.0)
     engine, fit, varying = with_profile(engine, fit, varying)
     return engine, fit, [*(c for c in causes if c.effect != varying.effect), varying]
 
@@ -219,6 +224,17 @@ def is_clear(
         return varying.gain > needed
     rival = held.get(one.effect, one.gain) * overlap(one.shares, varying.shares)
     return varying.gain > rival + enough / 2
+
+
+def stands_out(varying: Cause, left: Remainder) -> bool:
+    """Tell whether nothing unknown is as likely as a profile, by the same noise.
+
+    One that switches may not show by that noise; nothing else may be real by it then.
+    """
+    if varying.switches and not left.is_real:
+        return True
+    unknown = left.against(varying.effect, varying.shares)
+    return varying.gain > UNLIKE[varying.effect] * unknown
 
 
 def needed_gain(causes: Sequence[Cause], where: Array) -> float:

@@ -228,6 +228,12 @@ class Probe:
         found = self._weighed(tracks, H, noise, self._left(tracks), shape)
         return self._relearnt(tracks, H, found, shape)
 
+    def evidence(self, log: int, H: Array) -> float:
+        """Evidence for such strengths by the noise of the fit. [nats]"""
+        tracks, shape = self._tracks_of(log), np.eye(H.shape[1])
+        noise = [self.fit.noise[i] for i in tracks]
+        return self._weighed(tracks, H, noise, self._left(tracks), shape).evidence
+
     def _forgetful(self, tracks: list[int]) -> list[Whitener]:
         pairs = [(self.fit.residuals[i], self.fit.noise[i].valid) for i in tracks]
         return [fit_whitener(e, valid, [], []) for e, valid in pairs]

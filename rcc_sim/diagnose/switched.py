@@ -31,10 +31,16 @@ PENALTIES = (10.0, 40.0, 160.0)
 one that does, is found by trying."""
 
 
+LEAST = 1.0
+"""Nats that a load is said to gain at least by a noise that takes it for its own."""
+
+
 def as_levels(engine: Engine, fit: Fit) -> Cause | None:
     """Return a load that switches on and off, if what is left of a fit is one.
 
     The same levels of a drag have to be less likely by as much as a load must gain.
+    Its ``gain`` is by the noise of the fit, as any other's; ``sharpened`` is how much
+    more it is together with the noise that it leaves.
     """
     if any(w.turned is not None for w in fit.noise):
         return None
@@ -53,12 +59,20 @@ def as_levels(engine: Engine, fit: Fit) -> Cause | None:
         return None
     drag = carrier_of(engine, fit, "drag")
     other = Probe(engine, fit, drag, probe_size(engine, drag))
-    gain = sum(p.evidence for p in found.values())
+    both = sum(p.evidence for p in found.values())
     rival = sum(other.levels(i, H).evidence - cost for i, (H, cost) in windows.items())
-    if gain < rival + BRISK_ENOUGH:
+    if both < rival + BRISK_ENOUGH:
         return None
+    alone = sum(probe.evidence(i, H) - cost for i, (H, cost) in windows.items())
+    gain = max(alone, LEAST)
     return Cause(
-        LOAD, (key,), gain, profiles=found, rival=max(rival, 0.0), shares=probe.shares
+        LOAD,
+        (key,),
+        gain,
+        rival=max(rival, 0.0),
+        profiles=found,
+        sharpened=both / gain,
+        shares=probe.shares,
     )
 
 

@@ -18,6 +18,7 @@ from rcc_sim.diagnose.cause import (
 )
 from rcc_sim.diagnose.engine import MEMORY, Engine
 from rcc_sim.diagnose.fit import Fit
+from rcc_sim.diagnose.knobs import Knob, bounds_of
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.profile import Probe, Profile, acted_on, probe_size, stated
 from rcc_sim.diagnose.refine import TIED, TOO_FAR
@@ -50,7 +51,7 @@ def profile_cause(engine: Engine, fit: Fit, named: set[str]) -> Cause | None:
     steps = as_levels(engine, held(fit, PROFILES[LOAD][0])) if LOAD in named else None
     if steps and not is_stated(engine, steps):
         rival = max((with_its_noise(engine, fit, c) for c in every), default=0.0)
-        if steps.gain > rival:
+        if steps.gain * steps.sharpened > rival:
             return replace(steps, rival=max(steps.rival, rival))
     found = [c for c in every if c.sharpened == 1] or every
     if not found:
@@ -166,19 +167,52 @@ def with_profile(engine: Engine, fit: Fit, cause: Cause) -> tuple[Engine, Fit, C
     if about is not fit:
         level = values.pop(key) - stated(engine, key)
         found = {i: p.raised(level) for i, p in found.items()}
-    profiles: dict[int, Profile] = {}
+    start, profiles = engine, dict[int, Profile]()
     for _ in range(SHARPENED):
         if not found:
             break
-        problems = list(engine.problems)
+        engine = with_acting(engine, found)
         for i, more in found.items():
-            problems[i] = acted_on(problems[i], more)
             profiles[i] = profiles[i].plus(more) if i in profiles else more
-        engine = Engine(problems)
         fit = descent.fit(engine, values, about.knobs)
         values = fit.values
         found = more_of(engine, fit, key, along, profiles)
+    if cause.effect == LOAD:
+        engine, fit, profiles = levelled(start, fit, key, profiles)
     return engine, fit, replace(cause, profiles=profiles)
+
+
+def levelled(
+    engine: Engine, fit: Fit, key: str, profiles: Mapping[int, Profile]
+) -> tuple[Engine, Fit, dict[int, Profile]]:
+    """Return a fit in which the mean of profiles was as free as a constant cause.
+
+    What a profile found first is what the tolerances had left of it; no prior says that
+    a load is small. ``engine`` is the one on which no profile acts.
+    """
+    level = stated(engine, key)
+    mean = float(np.mean([p.mean for p in profiles.values()]))
+    low, high = bounds_of(engine.problems[0], key)
+    value = min(max(level + mean, low), high)
+    free = Knob(key, value, inf, low, high, probe_size(engine, key))
+    about = {i: p.raised(level - value) for i, p in profiles.items()}
+    fit = descent.fit(
+        with_acting(engine, about), {**fit.values, key: value}, [*fit.knobs, free]
+    )
+    sd, rise = fit.sd(key), fit.values[key] - level
+    told = {
+        i: replace(p.raised(rise), mean_sd=max(p.mean_sd, sd)) for i, p in about.items()
+    }
+    kept = {k: x for k, x in fit.values.items() if k != key}
+    return with_acting(engine, told), replace(fit.holding(key), values=kept), told
+
+
+def with_acting(engine: Engine, profiles: Mapping[int, Profile]) -> Engine:
+    """Return the same logs with profiles acting on them."""
+    problems = list(engine.problems)
+    for i, profile in profiles.items():
+        problems[i] = acted_on(problems[i], profile)
+    return Engine(problems)
 
 
 def more_of(
