@@ -78,8 +78,12 @@ class Profile:
     @property
     def mean(self) -> float:
         """Mean strength along the coordinate, from the first knot to the last."""
-        whole = float(self.knots[-1] - self.knots[0])
-        return float(np.trapezoid(self.value, self.knots)) / whole
+        return mean_over(self.knots, self.value)
+
+    @property
+    def rms(self) -> float:
+        """Root mean square of the strength, likewise."""
+        return float(np.sqrt(mean_over(self.knots, self.value**2)))
 
     @property
     def coherence(self) -> float:
@@ -126,6 +130,11 @@ class Profile:
         value = self.at(x)
         apart = (np.abs(value - usual) > times * own) & (np.abs(value) > abs(usual))
         return apart | (np.abs(value) > times * sd)
+
+
+def mean_over(x: Array, y: Array) -> float:
+    """Mean of y over x, straight between its knots."""
+    return float(np.trapezoid(y, x)) / float(x[-1] - x[0])
 
 
 def shares(signal: list[Array], noise: list[Whitener]) -> Array:

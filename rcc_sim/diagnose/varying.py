@@ -136,9 +136,8 @@ def finer(problem: Problem) -> list[int]:
 def is_stated(engine: Engine, cause: Cause) -> bool:
     """Tell whether profiles stay within what the file's sd of their figure allows."""
     figure = engine.problems[0].vehicle.figures().get(cause.keys[0])
-    values = np.concatenate([p.value for p in cause.profiles.values()])
-    size = np.sqrt(np.mean(values**2))
-    return figure is not None and bool(size < TOO_FAR * figure.sd)
+    size = max(p.rms for p in cause.profiles.values())
+    return figure is not None and size < TOO_FAR * figure.sd
 
 
 def held(fit: Fit, key: str) -> Fit:
