@@ -18,11 +18,12 @@ from rcc_sim.diagnose.cause import (
 )
 from rcc_sim.diagnose.engine import MEMORY, Engine
 from rcc_sim.diagnose.fit import Fit
-from rcc_sim.diagnose.knobs import Knob, bounds_of
+from rcc_sim.diagnose.knobs import Knob
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.profile import Probe, Profile, acted_on, probe_size, stated
 from rcc_sim.diagnose.refine import TIED, TOO_FAR
 from rcc_sim.diagnose.switched import LOAD, as_levels
+from rcc_sim.physics.effects import EFFECTS
 
 WINDOW_COUNTS = (20, 60)
 FINER, SHORTEST = (120, 240, 480), 1.25
@@ -191,13 +192,12 @@ def levelled(
     """
     level = stated(engine, key)
     mean = float(np.mean([p.mean for p in profiles.values()]))
-    low, high = bounds_of(engine.problems[0], key)
+    low, high = EFFECTS[LOAD].param(key.rpartition(".")[2]).bounds
     value = min(max(level + mean, low), high)
     free = Knob(key, value, inf, low, high, probe_size(engine, key))
     about = {i: p.raised(level - value) for i, p in profiles.items()}
-    fit = descent.fit(
-        with_acting(engine, about), {**fit.values, key: value}, [*fit.knobs, free]
-    )
+    knobs = [*(k for k in fit.knobs if k.key != key), free]
+    fit = descent.fit(with_acting(engine, about), {**fit.values, key: value}, knobs)
     sd, rise = fit.sd(key), fit.values[key] - level
     told = {
         i: replace(p.raised(rise), mean_sd=max(p.mean_sd, sd)) for i, p in about.items()

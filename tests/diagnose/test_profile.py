@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.stats import multivariate_normal
 
-from rcc_sim.diagnose.profile import overlap
+from rcc_sim.diagnose.profile import Profile, overlap
 from rcc_sim.diagnose.strengths import SIZES, freed, likeliest, smooth, windows
 
 
@@ -83,6 +83,24 @@ def test_the_mean_of_a_profile_is_told_with_what_all_knots_have_in_common():
         means.append(value.mean())
     assert mean_sd == pytest.approx(np.std(means), rel=0.25)
     assert np.sqrt(np.mean(sd**2) / len(sd)) < 0.7 * mean_sd
+
+
+@given(
+    at=st.lists(st.floats(0, 100), min_size=2, max_size=30, unique=True),
+    seed=st.integers(0, 99),
+)
+def test_mean_and_rms_of_a_profile_are_over_the_drive(at, seed):
+    knots = np.sort(np.round(at, 3))
+    assume(np.diff(knots).min() > 0)
+    value = np.random.default_rng(seed).normal(size=len(knots))
+    profile = Profile("key", "time_s", knots, value, 0 * value, 0.0)
+    x = (np.arange(200_000) + 0.5) / 200_000 * (knots[-1] - knots[0]) + knots[0]
+    assert profile.mean == pytest.approx(profile.at(x).mean(), abs=1e-4)
+    assert profile.raised(2.0).mean == pytest.approx(profile.mean + 2.0)
+    flat = profile.raised(0.0).plus(profile.raised(0.0))
+    assert flat.mean == pytest.approx(2 * profile.mean)
+    level = Profile("key", "time_s", knots, np.full(len(knots), -3.0), value, 0.0)
+    assert level.rms == pytest.approx(3.0)
 
 
 def test_overlap_is_one_for_the_same_tracks_and_none_apart():

@@ -11,13 +11,17 @@ from rcc_sim.diagnose.run import diagnose
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import replay
 from rcc_sim.trace import Trace
+from rcc_sim.units import G
 
 CAR = load_vehicle("tesla_model_3")
 NOISE = {"speed_mps": 0.01, "battery_voltage_v": 0.1, "battery_current_a": 0.5}
 
 
-def driven(folder, heater):
-    """A log of a town drive over a rough road, with a heater's power [W] over time."""
+def driven(folder, heater, torque=False):
+    """A log of a town drive over a rough road, with a heater's power [W] over time.
+
+    Where the torque is logged, the road's roughness is in it, and not in the load.
+    """
     rng = np.random.default_rng(8)
     cycle = parse_cycle("udds[0:600]")
     time = np.arange(0.0, 600.0, 0.1)
@@ -25,10 +29,19 @@ def driven(folder, heater):
     gust *= 150.0 / gust.std()  # N, of the road and the wind
     speed = np.interp(time, cycle.time_s, cycle.speed_mps)
     speed = np.convolve(np.pad(speed, 5), np.ones(11) / 11, "valid")
-    aux = heater(time) + gust[: len(time)] * speed + CAR.figures()[LOAD].value
-    made = Trace({"time_s": time, "speed_mps": speed, "aux_power_w": aux}, name="made")
+    slope = gust[: len(time)] / (CAR.body.mass_kg.value * G)
+    made = Trace(
+        {
+            "time_s": time,
+            "speed_mps": speed,
+            "aux_power_w": heater(time),
+            "slope": slope,
+        },
+        name="made",
+    )
     seen = replay(CAR, drive_of(made, CAR))
-    log = {n: seen[n] + rng.normal(0, s, len(time)) for n, s in NOISE.items()}
+    noise = NOISE | ({"motor_torque_nm": 1.5} if torque else {})
+    log = {n: seen[n] + rng.normal(0, s, len(time)) for n, s in noise.items()}
     path = folder / "log.csv"
     table = np.column_stack([time, *log.values()])
     head = ",".join(["time_s", *log])
@@ -43,21 +56,49 @@ HEATERS = {
 }
 
 
-@pytest.mark.parametrize("heater", HEATERS.values(), ids=list(HEATERS))
-def test_a_heater_that_switches_is_named_with_its_mean(tmp_path, heater):
-    found = diagnose([driven(tmp_path, heater)], CAR)
+def judged(found, heater):
+    """The load's estimate, its profile's correlation with the heater, the true mean."""
     (one,) = found.asserted
     assert one.cause.effect == "auxiliary_load"
-    assert one.cause.profiles
     time = np.arange(0.0, 600.0, 0.1)
-    profile = one.cause.profiles[0]
-    assert np.corrcoef(profile.at(time), heater(time))[0, 1] > 0.8
-    told, true = one.figures["power_w"], CAR.figures()[LOAD].value + heater(time).mean()
+    alike = np.corrcoef(one.cause.profiles[0].at(time), heater(time))[0, 1]
+    true = CAR.figures()[LOAD].value + heater(time).mean()
+    return one, alike, true
+
+
+@pytest.mark.parametrize("torque", [False, True], ids=["by speed", "by torque"])
+@pytest.mark.parametrize("heater", HEATERS.values(), ids=list(HEATERS))
+def test_a_heater_that_switches_is_named_with_its_mean(tmp_path, heater, torque):
+    found = diagnose([driven(tmp_path, heater, torque)], CAR)
+    one, alike, true = judged(found, heater)
+    assert alike > 0.95
+    told = one.figures["power_w"]
     assert told.low < true < told.high
-    assert told.value == pytest.approx(true, rel=0.35)
+    assert told.value == pytest.approx(true, rel=0.1)
+    assert told.high - told.low < 0.7 * true
     written, _ = acting(found, one.cause)
     assert told.most == pytest.approx(written.max(), rel=0.02)
     assert told.least < told.value < told.most
+    assert found.status == "explained"
+
+
+def test_the_mean_of_a_short_pulse_is_over_the_drive_and_not_over_its_knots(tmp_path):
+    def pulse(t):
+        return np.where((t > 200) & (t < 230), 6000.0, 0.0)
+
+    one, alike, true = judged(diagnose([driven(tmp_path, pulse, True)], CAR), pulse)
+    assert alike > 0.95
+    assert one.figures["power_w"].value == pytest.approx(true, rel=0.1)
+
+
+def test_a_heater_that_wanes_is_not_told_in_steps(tmp_path):
+    def waning(t):
+        return 500.0 + 4500.0 * np.exp(-t / 150)
+
+    one, alike, true = judged(diagnose([driven(tmp_path, waning)], CAR), waning)
+    assert not one.cause.switches
+    assert alike > 0.95
+    assert one.figures["power_w"].low < true < one.figures["power_w"].high
 
 
 def test_a_rough_road_alone_is_no_load(tmp_path):
