@@ -20,7 +20,12 @@ from rcc_sim.diagnose.refine import Refined, contenders, screened
 from rcc_sim.diagnose.remainder import Remainder, remainder
 from rcc_sim.diagnose.screen import Screened
 from rcc_sim.diagnose.sums import with_all_figures
-from rcc_sim.diagnose.varying import enough_of, profile_cause, with_profile
+from rcc_sim.diagnose.varying import (
+    enough_of,
+    profile_cause,
+    with_acting,
+    with_profile,
+)
 
 Array = NDArray[np.float64]
 
@@ -108,6 +113,7 @@ def compete(
         current = descent.fit(engine, best.fit.values, best.fit.knobs, best.fit.noise)
         causes, current = with_all_figures(engine, current, causes, candidates)
     told("leaving out what is not needed")
+    engine, causes, current = without_outdone(engine, causes, current)
     causes, current = without_idle(engine, causes, current)
     causes.sort(key=lambda c: -c.gain)
     # beside all the causes; what took a tolerance's place was not tried at strengths
@@ -171,6 +177,25 @@ def shows(screened: Screened, least: Mapping[str, float | None]) -> bool:
         shows_likely(s, least[s.key.rpartition(".")[2]])
         for s in screened.candidate.searches
     )
+
+
+def without_outdone(
+    engine: Engine, causes: list[Cause], fit: Fit
+) -> tuple[Engine, list[Cause], Fit]:
+    """Drop each profile without which the others, fitted anew, do as well.
+
+    It was taken in before them, and may have stood for what they are.
+    """
+    for cause in [c for c in causes if c.profiles]:
+        if len(causes) < 2:
+            break
+        less = {i: p.reversed for i, p in cause.profiles.items()}
+        bare = with_acting(engine, less)
+        others = descent.fit(bare, fit.values, fit.knobs)
+        if fit.score - others.score < min(map(enough_of, cause.profiles.values())):
+            causes = [c for c in causes if c is not cause]
+            engine, fit = bare, others
+    return engine, causes, fit
 
 
 def without_idle(

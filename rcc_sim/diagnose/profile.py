@@ -110,6 +110,11 @@ class Profile:
         """Return it on top of so much more."""
         return replace(self, value=self.value + level)
 
+    @property
+    def reversed(self) -> Profile:
+        """What takes it back."""
+        return replace(self, value=-self.value)
+
     def plus(self, more: Profile) -> Profile:
         """Return it with more of the same effect, found in what it left."""
         knots = np.union1d(self.knots, more.knots)
