@@ -21,7 +21,7 @@ ZEROED = 0.2
 """Offset of a sensor that is zeroed at rest, in times its noise. In 48 drives of cars
 whose sensors have some, it is 0.03 of a current's noise, 0.1 of an acceleration's."""
 
-AT_REST = ("battery", "motor_current", "yaw_rate", "accel")
+AT_REST = ("battery", "motor_current", "motor_torque", "yaw_rate", "accel")
 """What the names of their columns begin with: meters of voltage and current, gyros and
 accelerometers."""
 

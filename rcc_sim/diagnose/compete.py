@@ -130,10 +130,12 @@ def acting(
 
     Once one that switches does, the noise that it leaves is the noise.
     """
+    gain = varying.gain
     if varying.switches:
-        gain = varying.gain * varying.sharpened
-        varying = replace(varying, gain=gain, sharpened=1.0)
-    engine, fit, varying = with_profile(engine, fit, varying)
+        gain *= varying.sharpened
+        varying = replace(varying, sharpened=1.0)
+    gain += sum(c.gain for c in causes if c.effect == varying.effect)
+    engine, fit, varying = with_profile(engine, fit, replace(varying, gain=gain))
     return engine, fit, [*(c for c in causes if c.effect != varying.effect), varying]
 
 
@@ -234,10 +236,13 @@ def is_clear(
     It must also beat the best constant cause, and the same effect held constant, if
     there is one that would be taken in. All gains are by the same noise. One that shows
     by the noise that it leaves alone is weighed so, against its own effect at most; one
-    that switches, and was weighed together with that noise, against any.
+    that switches, and was weighed together with that noise, against any other: its own
+    goes first, and it may switch about that.
     """
     if varying.switches or varying.sharpened > 1:
-        if not varying.switches and one and one.effect not in PROFILES:
+        its_own = one is not None and one.effect == varying.effect
+        among = one is None or one.effect in PROFILES
+        if its_own if varying.switches else not among:
             return False
         gain = varying.gain * varying.sharpened
         rival = one.gain * one.sharpened if one else 0.0
