@@ -37,6 +37,7 @@ Array = NDArray[np.float64]
 
 DATA = Path(__file__).resolve().parents[2] / "shared/data"
 LOAD = "auxiliary_load"
+MINUTE = 600  # rows of a BMW's log
 STRETCH = 2000.0  # m over which climbs are compared
 GLITCH = 80.0  # m; a climb of a stretch beyond it is the altimeter's fault
 STEEP = 0.2  # a slope beyond it is, too
@@ -66,11 +67,20 @@ def bmw(path: Path) -> str:
         stated = car.figures()[load.keys[0]].value
         at = found.found.engine.problems[0].log["time_s"]
         estimate = np.interp(time, at, acting(found, load)[0] - stated)[known]
-        alike = np.corrcoef(estimate, heater[known])[0, 1]
+        alike, slowly = (
+            np.corrcoef(means(estimate, n), means(heater[known], n))[0, 1]
+            for n in (1, MINUTE)
+        )
         bias = float(np.mean(estimate - heater[known]))
-        row += f"correlation {alike:5.3f}  bias {bias:+5.0f} W  "
+        row += f"correlation {alike:5.3f}, by minutes {slowly:5.3f}  "
+        row += f"bias {bias:+5.0f} W  "
     before, after = found.energy_before or 0.0, found.energy_after or 0.0
     return row + f"energy {before:+5.1f} -> {after:+5.2f} %"
+
+
+def means(x: Array, rows: int) -> Array:
+    """Means over so many rows at a time."""
+    return x[: len(x) // rows * rows].reshape(-1, rows).mean(axis=1)
 
 
 def twizy(path: Path) -> str:

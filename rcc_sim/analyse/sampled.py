@@ -17,10 +17,10 @@ from rcc_sim.trace import Trace
 SAMPLE = 0.01
 """Time over which a sample is a mean: an inverter's own. [s]"""
 
-SURE, SHIFTED = 3.0, 0.1
-"""Standard deviations, and share of what a noisy speed is smeared by, that means since
-the row before may seem to be off the middle of that time. Flows that are farther off it
-are samples of another clock than the speed's, as on a car's bus."""
+SURE, SHIFTED, NEAR = 3.0, 0.1, 0.05
+"""Standard deviations, share of what a noisy speed is smeared by, and rows, that means
+since the row before may seem to be off the middle of that time. Flows that are farther
+off it are samples of another clock than the speed's, as on a car's bus."""
 
 FLOWS = (
     *("motor_current_a", "motor_torque_nm"),
@@ -82,4 +82,4 @@ def holds_means(log: Trace, vehicle: Vehicle) -> bool:
     total = over_sample + over_late  # an average s rows off loses 2 total (s - off)²
     off = 0.25 * (over_sample - over_late) / total
     sd = 0.5 / total**0.5
-    return bool(abs(off) <= SURE * sd + SHIFTED * drive.smear / row)
+    return bool(abs(off) <= SURE * sd + SHIFTED * drive.smear / row + NEAR)

@@ -7,8 +7,9 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-LONG = 0.05
-"""Time between two rows below which half of one makes nothing, and is not asked. [s]"""
+LONG = 0.015
+"""Time between two rows below which a mean since the row before is as a sample, which
+an inverter takes over 10 ms, and is not asked. [s]"""
 
 ENOUGH = 10.0
 """Nats by which rows must be means to be taken as such; most are told by hundreds."""
