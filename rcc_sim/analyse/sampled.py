@@ -11,21 +11,16 @@ from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.simulate.drive import Drive, drive_of, has
 from rcc_sim.simulate.replay import replay
 from rcc_sim.simulate.smooth import interval_of
-from rcc_sim.simulate.spans import ENOUGH, LONG, nats_for_means
+from rcc_sim.simulate.spans import ENOUGH, FLOWS, LONG, nats_for_means
 from rcc_sim.trace import Trace
 
 SAMPLE = 0.01
 """Time over which a sample is a mean: an inverter's own. [s]"""
 
-SURE, SHIFTED, NEAR = 3.0, 0.1, 0.05
-"""Standard deviations, share of what a noisy speed is smeared by, and rows, that means
-since the row before may seem to be off the middle of that time. Flows that are farther
-off it are samples of another clock than the speed's, as on a car's bus."""
-
-FLOWS = (
-    *("motor_current_a", "motor_torque_nm"),
-    *("battery_current_a", "battery_power_w"),
-)
+SURE, SHIFTED = 3.0, 0.1
+"""Standard deviations, and share of what a noisy speed is smeared by, that means since
+the row before may seem to be off the middle of that time. Flows that are farther off it
+are samples of another clock than the speed's, as on a car's bus."""
 
 
 def drive_as_sampled(
@@ -58,7 +53,14 @@ def holds_means(log: Trace, vehicle: Vehicle) -> bool:
     """Tell whether a log's flows are means since the row before.
 
     Neither an accelerometer nor a torque that was logged drives the model here: they
-    are samples or means themselves, and would draw it to either.
+    are samples or means themselves, and would draw it to either. Between commands a
+    delay that the model lacks makes flows late, and says nothing of them: they are
+    means there, as a VESC gives them at each request [1]_, unless samples are likelier.
+
+    References
+    ----------
+    .. [1] B. Vedder, VESC firmware, comm/commands.c, COMM_GET_VALUES: currents are
+           averages since they were read before.
     """
     kept = {c: x for c, x in log.columns.items() if c != "accel_x_mps2"}
     drive = untorqued(drive_of(Trace(kept, name=log.name), vehicle, inf))
@@ -77,9 +79,11 @@ def holds_means(log: Trace, vehicle: Vehicle) -> bool:
     over_sample, over_late = (
         float(sum(x)) for x in zip((0.0, 0.0), *nats, strict=True)
     )
+    if not (nats and drive.imposed):
+        return bool(nats) and over_sample > -ENOUGH
     if over_sample <= ENOUGH or over_late <= -ENOUGH:
         return False
     total = over_sample + over_late  # an average s rows off loses 2 total (s - off)²
     off = 0.25 * (over_sample - over_late) / total
     sd = 0.5 / total**0.5
-    return bool(abs(off) <= SURE * sd + SHIFTED * drive.smear / row + NEAR)
+    return bool(abs(off) <= SURE * sd + SHIFTED * drive.smear / row)

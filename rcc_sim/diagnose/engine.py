@@ -95,13 +95,13 @@ class Engine:
         return found
 
     def offset(self, key: str) -> dict[int, Array | float]:
-        """What size 1 adds to each track: an offset, that of bends, a scale."""
+        """What size 1 adds to each track: offset, drag of bends, scale or delay."""
         name = key.removeprefix(BIAS)
         log, _, what = name.partition(".")
         mine = [(k, c) for k, (i, c) in enumerate(self.tracks) if i == int(log)]
         problem = self.problems[int(log)]
         of_scale = {column + SCALE: x for column, x in problem.scaled.items()}
-        shapes = problem.bends | of_scale
+        shapes = problem.bends | problem.late | of_scale
         if what in shapes:
             return {k: x for (k, _), x in zip(mine, shapes[what], strict=True)}
         return {k: 1.0 for k, c in mine if c == what}

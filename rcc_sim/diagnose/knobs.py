@@ -23,6 +23,9 @@ CURRENT_LOOP_LAG = 0.003
 BEND_SHARE = 0.5
 """Share of a bend's drag that a driver may make up for late, one sd."""
 
+OFF_THE_ROW = 0.3
+"""Rows by which readings may be off their row's time, one sd: half a row either way."""
+
 LEAST = 0.2
 """Share of what is stated below which no mass, length or stiffness is."""
 
@@ -174,6 +177,8 @@ def bias_knobs(problem: Problem, log: int = 0) -> list[Knob]:
         if not counted and sd > 0:
             knobs.append(Knob(bias_key(log, c), 0.0, sd))
     knobs += [Knob(bias_key(log, name), 0.0, BEND_SHARE) for name in problem.bends]
+    late = OFF_THE_ROW * problem.row
+    knobs += [Knob(bias_key(log, name), 0.0, late) for name in problem.late]
     for column in problem.scaled:
         share = scale_sd(problem.vehicle, column)
         if share > 0:

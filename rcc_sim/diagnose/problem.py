@@ -19,6 +19,7 @@ from rcc_sim.physics.step import SLIP_BLEND
 from rcc_sim.simulate.drive import Drive, integral_of, is_surveyed
 from rcc_sim.simulate.replay import replay
 from rcc_sim.simulate.smooth import interval_of
+from rcc_sim.simulate.spans import FLOWS, LONG
 from rcc_sim.trace import Trace
 from rcc_sim.units import RHO_AIR, G
 
@@ -63,6 +64,9 @@ MADE_UP = 1.0
 
 A_LITTLE = 0.01
 """Share by which a torque is changed to see what its gain does."""
+
+CALMED = 5
+"""Rows over which a channel is a mean before its rate of change is taken."""
 
 MIN_ROWS = 30
 
@@ -192,6 +196,26 @@ class Problem:
         return {
             "bend": [-x for x in drag],
             "bend_late": [np.convolve(x, late)[: len(x)] for x in drag],
+        }
+
+    @cached_property
+    def late(self) -> dict[str, list[Array]]:
+        """What readings that come late do to each channel, per second, where unsure.
+
+        Between commands of some rows a second no log says for certain whether its
+        flows, or its accelerometers, are samples or means since the row before.
+        """
+        if self.drive.imposed or self.row < LONG:
+            return {}
+        time = self.log["time_s"]
+        # as measured: the model's own rates are wrong where a cause is missing
+        calm = [moving_mean(self.log[c], CALMED) for c in self.channels]
+        rates = [np.gradient(x, time) for x in calm]
+        kinds = {"late_flows": FLOWS, "late_accel": ("accel_x_mps2", "accel_y_mps2")}
+        return {
+            kind: [-x * (c in those) for c, x in zip(self.channels, rates, strict=True)]
+            for kind, those in kinds.items()
+            if set(those) & set(self.channels)
         }
 
     @cached_property

@@ -11,6 +11,12 @@ LONG = 0.015
 """Time between two rows below which a mean since the row before is as a sample, which
 an inverter takes over 10 ms, and is not asked. [s]"""
 
+FLOWS = (
+    *("motor_current_a", "motor_torque_nm"),
+    *("battery_current_a", "battery_power_w"),
+)
+"""Columns of what flows, which an inverter or a meter samples or averages."""
+
 ENOUGH = 10.0
 """Nats by which rows must be means to be taken as such; most are told by hundreds."""
 
