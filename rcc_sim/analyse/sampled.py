@@ -8,10 +8,10 @@ from math import inf
 from rcc_sim.analyse.gap_energy import logged_power
 from rcc_sim.analyse.gap_stages import untorqued
 from rcc_sim.definitions.vehicle import Vehicle
-from rcc_sim.simulate.drive import Drive, drive_of, has
+from rcc_sim.simulate.drive import ROUNDING, Drive, drive_of, has, is_imposed
 from rcc_sim.simulate.replay import replay
 from rcc_sim.simulate.smooth import interval_of
-from rcc_sim.simulate.spans import ENOUGH, FLOWS, LONG, nats_for_means
+from rcc_sim.simulate.spans import CLOSE, ENOUGH, FLOWS, LONG, nats_for_means
 from rcc_sim.trace import Trace
 
 SAMPLE = 0.01
@@ -45,7 +45,9 @@ def drive_as_sampled(
         return drive_of(log, vehicle, window)
     if "battery_energy_j" in log:  # our own trace
         return drive_of(log, vehicle, inf)
-    means = interval_of(log["time_s"]) >= LONG and holds_means(log, vehicle)
+    least = LONG if is_imposed(log, vehicle) else CLOSE
+    asked = interval_of(log["time_s"]) > (1 - ROUNDING) * least
+    means = asked and holds_means(log, vehicle)
     return drive_of(log, vehicle, inf if means else SAMPLE)
 
 

@@ -42,6 +42,9 @@ UNLIKE = {"road_grade": 0.85, "auxiliary_load": 0.97}
 and an unknown drag differ by the accelerometer alone and by their knots; a heater and
 a drag differ by the speed, and in the motor's current."""
 
+WEIGHED = ("drag", "time_s")
+"""Form of something unknown that a load that switches has been weighed against."""
+
 MOST_CAUSES = 6
 
 
@@ -259,10 +262,14 @@ def is_clear(
 def stands_out(varying: Cause, left: Remainder) -> bool:
     """Tell whether nothing unknown is as likely as a profile, by the same noise.
 
-    One that switches may not show by that noise; nothing else may be real by it then.
+    One that switches may not show by that noise; nothing else may be real by it then,
+    but for a drag over time, against which it was weighed with the noise that is left.
     """
-    if varying.switches and not left.is_real:
-        return True
+    if varying.switches:
+        if not left.is_real:
+            return True
+        others = (r for r in left.rivals if (r.acts_as, r.follows) != WEIGHED)
+        left = replace(left, rivals=tuple(others))
     unknown = left.against(varying.effect, varying.shares)
     return varying.gain > UNLIKE[varying.effect] * unknown
 

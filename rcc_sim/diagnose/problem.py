@@ -19,7 +19,7 @@ from rcc_sim.physics.step import SLIP_BLEND
 from rcc_sim.simulate.drive import Drive, integral_of, is_surveyed
 from rcc_sim.simulate.replay import replay
 from rcc_sim.simulate.smooth import interval_of
-from rcc_sim.simulate.spans import FLOWS, LONG
+from rcc_sim.simulate.spans import CLOSE, FLOWS
 from rcc_sim.trace import Trace
 from rcc_sim.units import RHO_AIR, G
 
@@ -205,7 +205,7 @@ class Problem:
         Between commands of some rows a second no log says for certain whether its
         flows, or its accelerometers, are samples or means since the row before.
         """
-        if self.drive.imposed or self.row < LONG:
+        if self.drive.imposed or self.row < CLOSE:
             return {}
         time = self.log["time_s"]
         # as measured: the model's own rates are wrong where a cause is missing

@@ -7,9 +7,10 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-LONG = 0.015
-"""Time between two rows below which a mean since the row before is as a sample, which
-an inverter takes over 10 ms, and is not asked. [s]"""
+LONG, CLOSE = 0.05, 0.015
+"""Times between two rows below which half of one makes nothing, and is not asked: in a
+drive that is imposed; and between commands, where a current follows within a tick what
+an inverter's sample is a mean of 10 ms of. [s]"""
 
 FLOWS = (
     *("motor_current_a", "motor_torque_nm"),

@@ -90,7 +90,7 @@ def test_a_flat_road_has_no_hills():
 @pytest.mark.parametrize("fitted", [{}, {"effects.auxiliary_load.power_w": 300.0}])
 def test_a_profile_acts_on_top_of_what_was_fitted_else_stated(fitted):
     key = "effects.auxiliary_load.power_w"
-    knots, value = np.arange(4.0), np.array([900.0, 1100, 1000, 1000])
+    knots, value = np.arange(4.0), np.array([1000.0, 900, 1100, 1000])
     profile = Profile(key, "time_s", knots, value, np.full(4, 50.0), 99.0)
     cause = Cause("auxiliary_load", (key,), 99.0, 0.0, profiles={0: profile})
     figure = estimates(Fit(fitted, (), 0.0, 0.0, [], []), cause, {key: 450.0})

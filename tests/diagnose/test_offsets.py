@@ -50,7 +50,10 @@ def test_how_far_a_sensor_may_be_off():
     """A fifth of its noise; what its zero wanders by; what is stated; else half."""
     car, rows = load_vehicle("rcc"), 20_000
     white = np.random.default_rng(1).normal(size=rows)
-    names = ("battery_current_a", "accel_x_mps2", "yaw_rate_radps", "motor_torque_nm")
+    names = (
+        *("battery_current_a", "motor_torque_nm", "accel_x_mps2", "yaw_rate_radps"),
+        "elevation_m",
+    )
     log = Trace(
         {
             "time_s": 0.01 * np.arange(rows),
@@ -59,7 +62,7 @@ def test_how_far_a_sensor_may_be_off():
         }
     )
     known = {c: offset_sd(log, car, c) for c in log.columns if c != "time_s"}
-    assert known.pop("motor_torque_nm") == pytest.approx(0.15, rel=0.05)
+    assert known.pop("elevation_m") == pytest.approx(0.15, rel=0.05)
     assert known.pop("accel_y_mps2") == 0.02
     assert known == {c: pytest.approx(0.06, rel=0.05) for c in known}
     stated = car.changed(settings={"sensors.accel_x_mps2.bias_sd": 0.5})
