@@ -22,8 +22,8 @@ ZEROED = 0.2
 whose sensors have some, it is 0.03 of a current's noise, 0.1 of an acceleration's."""
 
 AT_REST = ("battery", "motor_current", "motor_torque", "yaw_rate", "accel")
-"""What the names of their columns begin with: meters of voltage and current, gyros and
-accelerometers."""
+"""What the names of their columns begin with: meters of voltage and current, a torque
+that is worked out from currents, gyros and accelerometers."""
 
 OTHERS = 0.5
 """The same for any other sensor."""

@@ -81,8 +81,10 @@ def holds_means(log: Trace, vehicle: Vehicle) -> bool:
     over_sample, over_late = (
         float(sum(x)) for x in zip((0.0, 0.0), *nats, strict=True)
     )
-    if not (nats and drive.imposed):
-        return bool(nats) and over_sample > -ENOUGH
+    if not nats:
+        return False
+    if not drive.imposed:
+        return over_sample > -ENOUGH
     if over_sample <= ENOUGH or over_late <= -ENOUGH:
         return False
     total = over_sample + over_late  # an average s rows off loses 2 total (s - off)²
