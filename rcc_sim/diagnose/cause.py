@@ -73,6 +73,6 @@ class Cause:
     screened: dict[str, float] = field(default_factory=dict)
 
     @property
-    def switches(self) -> bool:
-        """Whether it goes from level to level; weighed with the noise it leaves."""
-        return any(p.steps for p in self.profiles.values())
+    def weighed(self) -> bool:
+        """Whether it varies, and was weighed together with the noise that it leaves."""
+        return any(p.weighed for p in self.profiles.values())

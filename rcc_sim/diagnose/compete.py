@@ -43,7 +43,7 @@ and an unknown drag differ by the accelerometer alone and by their knots; a heat
 a drag differ by the speed, and in the motor's current."""
 
 WEIGHED = ("drag", "time_s")
-"""Form of something unknown that a load that switches has been weighed against."""
+"""Form of something unknown that a load has been weighed against, noise and all."""
 
 MOST_CAUSES = 6
 
@@ -131,10 +131,10 @@ def acting(
 ) -> tuple[Engine, Fit, list[Cause]]:
     """Let a cause that varies act, in the place of the same held constant.
 
-    Once one that switches does, the noise that it leaves is the noise.
+    Once one that was weighed beside it does, the noise that it leaves is the noise.
     """
     gain = varying.gain
-    if varying.switches:
+    if varying.weighed:
         gain *= varying.sharpened
         varying = replace(varying, sharpened=1.0)
     gain += sum(c.gain for c in causes if c.effect == varying.effect)
@@ -242,14 +242,14 @@ def is_clear(
     that switches, and was weighed together with that noise, against any other: its own
     goes first, and it may switch about that.
     """
-    if varying.switches or varying.sharpened > 1:
+    if varying.weighed or varying.sharpened > 1:
         its_own = one is not None and one.effect == varying.effect
         among = one is None or one.effect in PROFILES
-        if its_own if varying.switches else not among:
+        if its_own if varying.weighed else not among:
             return False
         gain = varying.gain * varying.sharpened
-        rival = one.gain * one.sharpened if one else 0.0
-        return gain > max(rival + BRISK_ENOUGH, needed_gain(causes, varying.shares))
+        rival = one.gain * one.sharpened + BRISK_ENOUGH if one else 0.0
+        return gain > max(rival, needed_gain(causes, varying.shares))
     enough = min(enough_of(p) for p in varying.profiles.values())
     same = held.get(varying.effect, 0.0) + enough / 2 if one else 0.0
     needed = max(enough, needed_gain(causes, varying.shares), same)
@@ -262,10 +262,10 @@ def is_clear(
 def stands_out(varying: Cause, left: Remainder) -> bool:
     """Tell whether nothing unknown is as likely as a profile, by the same noise.
 
-    One that switches may not show by that noise; nothing else may be real by it then,
-    but for a drag over time, against which it was weighed with the noise that is left.
+    One that was weighed beside the noise may not show by it; nothing else may be real
+    then, but for a drag over time, against which it was weighed likewise.
     """
-    if varying.switches:
+    if varying.weighed:
         if not left.is_real:
             return True
         others = (r for r in left.rivals if (r.acts_as, r.follows) != WEIGHED)

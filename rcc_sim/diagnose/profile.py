@@ -60,8 +60,8 @@ class Profile:
         Normal equations of the strengths; None where they were weighed with the noise.
     mean_sd : float
         Standard deviation of their mean, by which all may be off together.
-    steps : bool
-        Whether it goes from level to level.
+    weighed : bool
+        Whether it was weighed together with the noise that it leaves.
     """
 
     key: str
@@ -73,7 +73,7 @@ class Profile:
     beside_drift: bool = False
     normal: tuple[Array, Array] | None = None
     mean_sd: float = 0.0
-    steps: bool = False
+    weighed: bool = False
 
     @property
     def mean(self) -> float:
@@ -161,6 +161,7 @@ class Probe:
     def __init__(self, engine: Engine, fit: Fit, key: str, size: float) -> None:
         self.engine, self.fit, self.key = engine, fit, key
         self._white: dict[int, Array] = {}
+        self._without: dict[int, float] = {}
         base = fit.values.get(key, stated(engine, key))
         start = engine.residuals(fit.values, coarse=True)
         size, moved = engine.aside(fit.values | {key: base}, Knob(key, base), size)
@@ -231,20 +232,29 @@ class Probe:
             told[v] += (signal * self.signal[i])[v]
         return asked / np.maximum(told, 1e-300), told
 
-    def levels(self, log: int, H: Array) -> Weighed:
-        """Strengths in windows H (n, k) that know nothing of each other.
+    def beside_noise(self, log: int, H: Array, shape: Array) -> Weighed:
+        """Strengths in windows H (n, k), by the ``shape`` of their prior.
 
-        Weighed against the noise, from one that remembers nothing: what switches passes
-        for one that does.
+        Weighed against the noise, from one that remembers nothing: what switches, or
+        grows without haste, passes for one that does. What noise and knobs gain without
+        them, found anew as well, is no evidence for them.
         """
-        tracks, shape = self._tracks_of(log), np.eye(H.shape[1])
+        found = self._from_forgetful(log, H, shape)
+        if log not in self._without:
+            nothing = np.zeros((len(H), 1))
+            without = self._from_forgetful(log, nothing, np.eye(1))
+            self._without[log] = without.evidence
+        return replace(found, evidence=found.evidence - self._without[log])
+
+    def _from_forgetful(self, log: int, H: Array, shape: Array) -> Weighed:
+        tracks = self._tracks_of(log)
         noise = self._forgetful(tracks)
         found = self._weighed(tracks, H, noise, self._left(tracks), shape)
         return self._relearnt(tracks, H, found, shape)
 
-    def evidence(self, log: int, H: Array) -> float:
+    def evidence(self, log: int, H: Array, shape: Array) -> float:
         """Evidence for such strengths by the noise of the fit. [nats]"""
-        tracks, shape = self._tracks_of(log), np.eye(H.shape[1])
+        tracks = self._tracks_of(log)
         noise = [self.fit.noise[i] for i in tracks]
         return self._weighed(tracks, H, noise, self._left(tracks), shape).evidence
 

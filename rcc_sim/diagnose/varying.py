@@ -22,7 +22,7 @@ from rcc_sim.diagnose.knobs import Knob
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.profile import Probe, Profile, acted_on, probe_size, stated
 from rcc_sim.diagnose.refine import TIED, TOO_FAR
-from rcc_sim.diagnose.switched import LOAD, as_levels
+from rcc_sim.diagnose.switched import LOAD, beside_noise
 from rcc_sim.physics.effects import EFFECTS
 
 WINDOW_COUNTS = (20, 60)
@@ -44,16 +44,18 @@ def profile_cause(engine: Engine, fit: Fit, named: set[str]) -> Cause | None:
     """Return the effect that best explains as a profile what a fit leaves, if any.
 
     One that shows by the noise that it leaves alone, if no other does; a load that
-    switches, if it is likelier than what changes little by little, each with its noise.
+    switches or grows, if it is likelier than those, each with the noise that it leaves.
     """
     wanted = [effect for effect in PROFILES if effect in named]
     tried = engine.each(lambda effect: as_profile(engine, fit, effect), wanted)
     every = sorted((c for c in tried if c), key=lambda c: -c.gain)
-    steps = as_levels(engine, held(fit, PROFILES[LOAD][0])) if LOAD in named else None
-    if steps and not is_stated(engine, steps):
+    course = (
+        beside_noise(engine, held(fit, PROFILES[LOAD][0])) if LOAD in named else None
+    )
+    if course and not is_stated(engine, course):
         rival = max((with_its_noise(engine, fit, c) for c in every), default=0.0)
-        if steps.gain * steps.sharpened > rival:
-            return replace(steps, rival=max(steps.rival, rival))
+        if course.gain * course.sharpened > rival:
+            return replace(course, rival=max(course.rival, rival))
     found = [c for c in every if c.sharpened == 1] or every
     if not found:
         return None
@@ -88,7 +90,7 @@ def as_profile(engine: Engine, fit: Fit, effect: str) -> Cause | None:
             tried.append(probe.profile(i, along, x, n))
         coherence = max(coherence, *(p.coherence for p in tried))
     if coherence < TIED:
-        sharpened = beside_noise(probe, found) if along == "time_s" else 1.0
+        sharpened = more_beside(probe, found) if along == "time_s" else 1.0
         if sharpened == 1:
             return None
     gain = sum(p.evidence for p in found.values())
@@ -103,7 +105,7 @@ def as_profile(engine: Engine, fit: Fit, effect: str) -> Cause | None:
     return None if is_stated(engine, cause) else cause
 
 
-def beside_noise(probe: Probe, found: Mapping[int, Profile]) -> float:
+def more_beside(probe: Probe, found: Mapping[int, Profile]) -> float:
     """Times more that profiles gain which are weighed against the noise; 1: too little.
 
     Those alone that hang together.

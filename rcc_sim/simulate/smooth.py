@@ -29,6 +29,10 @@ PIECE = 200_000
 OVERLAP = 1000
 """Rows beyond which one end of a piece no longer feels the other."""
 
+CLOSEST = 0.01
+"""Rows that follow each other within this share of the usual interval are taken as so
+far apart: none may bend a speed without bounds."""
+
 TURNS = 0.25
 """Share of turning rows above which a channel is noisy; white noise turns at 2/3."""
 
@@ -306,7 +310,7 @@ def _piece(
     from scipy.linalg import solveh_banded
 
     n = len(time)
-    dt = np.diff(time)
+    dt = np.maximum(np.diff(time), CLOSEST * interval_of(time))
     known = np.isfinite(speed)
     seen, offset, accel_noise = _witness(time, speed, felt and felt.accel)
     right = np.zeros(2 * n)

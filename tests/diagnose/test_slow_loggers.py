@@ -72,3 +72,15 @@ def test_what_acts_on_the_motor_is_named_alone(rate, effect, name, value):
     (one,) = diagnose([logged(rate, {effect: {name: value}})], CAR).asserted
     assert one.cause.effect == effect
     assert one.figures[name].value == pytest.approx(value, rel=0.15)
+
+
+def test_a_load_that_grows_is_told_with_its_course():
+    columns = dict(logged(40.0).log.columns)
+    time, volts = columns["time_s"], columns["battery_voltage_v"]
+    load = 6.0 * time / time[-1]
+    columns["battery_current_a"] = columns["battery_current_a"] + load / volts
+    log = Logged(Trace(columns, name="made"), (), ())
+    (one,) = diagnose([log], CAR).asserted
+    assert one.cause.effect == "auxiliary_load"
+    assert np.corrcoef(one.cause.profiles[0].at(time), load)[0, 1] > 0.95
+    assert one.figures["power_w"].value == pytest.approx(load.mean(), rel=0.1)

@@ -91,12 +91,11 @@ def test_the_mean_of_a_short_pulse_is_over_the_drive_and_not_over_its_knots(tmp_
     assert one.figures["power_w"].value == pytest.approx(true, rel=0.1)
 
 
-def test_a_heater_that_wanes_is_not_told_in_steps(tmp_path):
+def test_a_heater_that_wanes_is_told_with_its_course(tmp_path):
     def waning(t):
         return 500.0 + 4500.0 * np.exp(-t / 150)
 
     one, alike, true = judged(diagnose([driven(tmp_path, waning)], CAR), waning)
-    assert not one.cause.switches
     assert alike > 0.95
     assert one.figures["power_w"].low < true < one.figures["power_w"].high
 
@@ -109,13 +108,19 @@ SMALL = load_vehicle("rcc")
 LEAST_W, LAMP_W = 1.0, 4.0
 
 
-def driven_small(folder, seed, lamp_w):
-    """75 s of a small car whose lamp goes on and off every three to nine seconds."""
+def lamp(time, rng, lamp_w):
+    """On and off every three to nine seconds."""
+    return LEAST_W + lamp_w * (
+        np.searchsorted(np.cumsum(rng.uniform(3, 9, 40)), time) % 2
+    )
+
+
+def driven_small(folder, seed, lamp_w, load=lamp):
+    """75 s of a small car with a load [W] over time."""
     rng = np.random.default_rng(seed)
     time = np.arange(0.0, 75.0, 0.02)
     speed = 2.0 + 1.2 * np.sin(time / 4) + 0.6 * np.sin(time / 1.7)
-    on = np.searchsorted(np.cumsum(rng.uniform(3, 9, 40)), time) % 2
-    aux = LEAST_W + lamp_w * on
+    aux = load(time, rng, lamp_w)
     made = Trace({"time_s": time, "speed_mps": speed, "aux_power_w": aux}, name="made")
     seen = replay(SMALL, drive_of(made, SMALL))
     noise = {"speed_mps": 0.005, "battery_voltage_v": 0.02, "battery_current_a": 0.15}
@@ -143,3 +148,16 @@ def test_a_lamp_that_switches_every_few_seconds_is_named_level_by_level(tmp_path
 def test_a_lamp_that_stays_on_is_no_load_that_switches(tmp_path):
     log, _ = driven_small(tmp_path, 1, 0.0)
     assert all(not a.cause.profiles for a in diagnose([log], SMALL).asserted)
+
+
+def pulses(time, rng, lamp_w):
+    return lamp_w * (time % 6.0 < 2.0)
+
+
+def test_a_load_that_pulses_is_told_with_its_course(tmp_path):
+    log, aux = driven_small(tmp_path, 5, 6.0, pulses)
+    (one,) = diagnose([log], SMALL).asserted
+    assert one.cause.effect == "auxiliary_load"
+    time = np.arange(0.0, 75.0, 0.02)
+    assert np.corrcoef(one.cause.profiles[0].at(time), aux)[0, 1] > 0.95
+    assert one.figures["power_w"].value == pytest.approx(aux.mean(), rel=0.1)
