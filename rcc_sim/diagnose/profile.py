@@ -262,6 +262,10 @@ class Probe:
         pairs = [(self.fit.residuals[i], self.fit.noise[i].valid) for i in tracks]
         return [fit_whitener(e, valid, [], []) for e, valid in pairs]
 
+    def shows_in(self, log: int) -> bool:
+        """Tell whether the figure changes anything that a log holds."""
+        return bool(self._tracks_of(log))
+
     def _tracks_of(self, log: int) -> list[int]:
         return [i for i in self.tracks if self.engine.tracks[i][0] == log]
 

@@ -83,9 +83,9 @@ def beside_noise(engine: Engine, fit: Fit) -> Cause | None:
     courses: dict[int, Course] = {}
     for i, problem in enumerate(engine.problems):
         x = problem.coordinate(along)
-        tried = [*stepped(probe, i, x), *(slow(probe, i, x, n) for n in SLOW)]
-        best = max(tried, key=lambda course: course.profile.evidence)
-        if best.profile.evidence > ENOUGH:
+        tried = courses_of(probe, i, x) if probe.shows_in(i) else []
+        best = max(tried, key=lambda course: course.profile.evidence, default=None)
+        if best and best.profile.evidence > ENOUGH:
             found[i], courses[i] = best.profile, best
         else:
             found[i] = Profile(key, along, x[[0, -1]], np.zeros(2), np.zeros(2), 0.0)
@@ -97,6 +97,7 @@ def beside_noise(engine: Engine, fit: Fit) -> Cause | None:
     rival = sum(
         other.beside_noise(i, c.windows, c.shape).evidence - c.cost
         for i, c in courses.items()
+        if other.shows_in(i)
     )
     if both < rival + ENOUGH:
         return None
@@ -113,6 +114,11 @@ def beside_noise(engine: Engine, fit: Fit) -> Cause | None:
         sharpened=both / gain,
         shares=probe.shares,
     )
+
+
+def courses_of(probe: Probe, log: int, x: Array) -> list[Course]:
+    """Return how a load may have gone over x, by levels and by a few knots."""
+    return [*stepped(probe, log, x), *(slow(probe, log, x, n) for n in SLOW)]
 
 
 def slow(probe: Probe, log: int, x: Array, count: int) -> Course:
