@@ -131,7 +131,7 @@ def acting(
 ) -> tuple[Engine, Fit, list[Cause]]:
     """Let a cause that varies act, in the place of the same held constant.
 
-    Once one that was weighed beside it does, the noise that it leaves is the noise.
+    Once one that was weighed beside the noise does, what it leaves is the noise.
     """
     gain = varying.gain
     if varying.weighed:
@@ -239,13 +239,13 @@ def is_clear(
     It must also beat the best constant cause, and the same effect held constant, if
     there is one that would be taken in. All gains are by the same noise. One that shows
     by the noise that it leaves alone is weighed so, against its own effect at most; one
-    that switches, and was weighed together with that noise, against any other: its own
-    goes first, and it may switch about that.
+    that was weighed together with that noise, against any other: its own goes first,
+    and it may vary about that.
     """
     if varying.weighed or varying.sharpened > 1:
-        its_own = one is not None and one.effect == varying.effect
-        among = one is None or one.effect in PROFILES
-        if its_own if varying.weighed else not among:
+        if one and varying.weighed and one.effect == varying.effect:
+            return False
+        if one and not varying.weighed and one.effect not in PROFILES:
             return False
         gain = varying.gain * varying.sharpened
         rival = one.gain * one.sharpened + BRISK_ENOUGH if one else 0.0

@@ -19,7 +19,7 @@ from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.profile import Probe, Profile, probe_size
 from rcc_sim.diagnose.remainder import carrier_of
-from rcc_sim.diagnose.strengths import smooth, windows
+from rcc_sim.diagnose.strengths import Weighed, smooth, windows
 
 Array = NDArray[np.float64]
 
@@ -121,22 +121,29 @@ def courses_of(probe: Probe, log: int, x: Array) -> list[Course]:
     return [*stepped(probe, log, x), *(slow(probe, log, x, n) for n in SLOW)]
 
 
-def slow(probe: Probe, log: int, x: Array, count: int) -> Course:
-    """Return a course of a few knots that changes little from one to the next."""
-    knots = np.linspace(x[0], x[-1], count)
-    H, shape = windows(x, knots), smooth(count)
-    found = probe.beside_noise(log, H, shape)
+def course_of(
+    probe: Probe, found: Weighed, knots: Array, H: Array, shape: Array, cost: float = 0
+) -> Course:
+    """Return strengths found beside the noise as a course, one or more knots each."""
+    each = len(knots) // len(found.value)
     profile = Profile(
         probe.key,
         "time_s",
         knots,
-        found.value,
-        found.sd,
-        found.evidence,
+        found.value.repeat(each),
+        found.sd.repeat(each),
+        found.evidence - cost,
         mean_sd=found.mean_sd,
         weighed=True,
     )
-    return Course(profile, H, shape, 0.0)
+    return Course(profile, H, shape, cost)
+
+
+def slow(probe: Probe, log: int, x: Array, count: int) -> Course:
+    """Return a course of a few knots that changes little from one to the next."""
+    knots = np.linspace(x[0], x[-1], count)
+    H, shape = windows(x, knots), smooth(count)
+    return course_of(probe, probe.beside_noise(log, H, shape), knots, H, shape)
 
 
 def stepped(probe: Probe, log: int, x: Array) -> list[Course]:
@@ -163,17 +170,7 @@ def stepped(probe: Probe, log: int, x: Array) -> list[Course]:
         levels = probe.beside_noise(log, H, shape)
         last = np.flatnonzero(np.diff(which))
         ends = np.concatenate([[0], np.stack([last, last + 1], 1).ravel(), [-1]])
-        profile = Profile(
-            probe.key,
-            "time_s",
-            x[ends],
-            levels.value.repeat(2),
-            levels.sd.repeat(2),
-            levels.evidence - cost,
-            mean_sd=levels.mean_sd,
-            weighed=True,
-        )
-        found.append(Course(profile, H, shape, cost))
+        found.append(course_of(probe, levels, x[ends], H, shape, cost))
     return found
 
 
