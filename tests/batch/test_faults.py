@@ -14,6 +14,7 @@ import pytest
 
 RUNS = 8_000
 LOGS = 150
+MOST = 100
 RCCSIM = (sys.executable, "-m", "rcc_sim")
 COMMANDS = {
     "sweep": [
@@ -66,6 +67,11 @@ def _words(process):
         return []
 
 
+def enough(killed):
+    """Whether twenty were killed, and of each kind some."""
+    return sum(killed.values()) >= 20 and min(killed.values()) >= 5
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="there are no such signals")
 @pytest.mark.parametrize("command", COMMANDS)
@@ -78,7 +84,9 @@ def test_twenty_kills_at_random_lose_and_double_nothing(tmp_path, command):
     dice = random.Random(4)
     killed = {"main": 0, "worker": 0}
     out = tmp_path / "out"
-    while sum(killed.values()) < 20:
+    for _ in range(MOST):  # which of them a signal meets is the machine's affair
+        if enough(killed):
+            break
         process = started(command, out, jobs=2)
         before, until = len(parts(out)), time.monotonic() + 60
         while process.poll() is None and time.monotonic() < until:
@@ -103,12 +111,13 @@ def test_twenty_kills_at_random_lose_and_double_nothing(tmp_path, command):
         done = parts(out)
         assert all(done[name] == whole[name] for name in done)
         if len(done) == len(whole):
-            if sum(killed.values()) < 20:
+            if not enough(killed):
                 for name in list(done)[::2]:  # there is more to lose
                     (out / name).unlink()
+    else:
+        pytest.fail(f"of {MOST} runs too few could be killed: {killed}")
     last = started(command, out, jobs=2)
     _, errors = last.communicate(timeout=120)
     assert last.returncode == 0, errors
     assert parts(out) == whole
     assert ENDS[command] in errors
-    assert min(killed.values()) >= 5
