@@ -160,13 +160,13 @@ def diagnose_row(log: str, options: Mapping[str, Any]) -> Row:
     return {
         "vehicle": car.name,
         **context(logged.log),
-        "mode": result.gaps[0].mode,
+        "mode": result.gap.mode,
         "status": result.status,
         **{key: energy[key] for key in ENERGIES},
         **causes(result),
         "explained": result.shrink.explained,
         "unexplained": result.document()["unexplained"]["fraction"],
-        **found(result.gaps[0].findings),
+        **found(result.gap.findings),
         **evidence(logged, car, result.found.null, candidates),
     }
 

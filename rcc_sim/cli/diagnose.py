@@ -243,8 +243,8 @@ def _write(
         }:
             say("note: tyres.radius_m moved; wheel_radius.scale holds it")
         if "auxiliary_load" in varying(found):
-            first = found.gaps[0].log
-            say(f"note: auxiliary_load varies; {vehicle} holds its mean over {first}")
+            over = found.gap.log if len(found.gaps) == 1 else "all logs"
+            say(f"note: auxiliary_load varies; {vehicle} holds its mean over {over}")
     if profiles is not None:
         for i in range(len(found.gaps)):
             path = profiles.with_suffix(f".{i + 1}{profiles.suffix}") if i else profiles
@@ -279,7 +279,7 @@ def _deliver(
     from rcc_sim.report.screen import screen
     from rcc_sim.report.verdict import verdict_of
 
-    tell_notes(found.gaps[0].findings, at_boundary(found.gaps[0].energy))
+    tell_notes(found.gap.findings, at_boundary(found.gap.energy))
     if text or (output is None and sys.stdout.isatty() and not (json or csv)):
         lines = screen(found, get_terminal_size().columns)
         if output is None:

@@ -39,7 +39,7 @@ def write_mended(found: Diagnosis, path: Path) -> None:
     settings = {key: figure.value for key, figure in found.figures().items()}
     share = speed_share(found.vehicle.changed(effects=values, settings=settings))
     for a in found.asserted:
-        profile = a.cause.profiles.get(0)
+        profile = a.cause.profiles.get(found.shown)
         if profile is not None and profile.along == "distance_m":
             beside = path.with_name(f"{path.stem}.{a.cause.effect}.csv")
             distance, slope = beyond(profile)

@@ -87,8 +87,11 @@ class Engine:
 
     def residuals(self, values: dict[str, float], coarse: bool = False) -> list[Array]:
         """Measured minus predicted, a track each; coarse: for differences alone."""
-        figures = figures_of(values)
-        found = [e for p in self.problems for e in p.residuals(figures, coarse)]
+        found = [
+            e
+            for i, p in enumerate(self.problems)
+            for e in p.residuals(figures_of(values, i), coarse)
+        ]
         for key in (k for k in values if k.startswith(BIAS)):
             for track, x in self.offset(key).items():
                 found[track] = found[track] - values[key] * x

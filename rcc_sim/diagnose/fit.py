@@ -50,15 +50,20 @@ class Fit:
         """Log-posterior, up to a constant."""
         return self.loglik + self.prior
 
-    def holding(self, key: str) -> Fit:
-        """Return the same with one figure held where it is."""
-        kept = [i for i, k in enumerate(self.knobs) if k.key != key]
+    def holding(self, *keys: str) -> Fit:
+        """Return the same with some figures held where they are."""
+        kept = [i for i, k in enumerate(self.knobs) if k.key not in keys]
         return replace(
             self,
             knobs=tuple(self.knobs[i] for i in kept),
             information=self.information[np.ix_(kept, kept)],
             signals=[self.signals[i] for i in kept],
         )
+
+    def without(self, keys: Sequence[str]) -> Fit:
+        """Return the same without some figures, in whose place others act."""
+        left = {k: x for k, x in self.values.items() if k not in keys}
+        return replace(self.holding(*keys), values=left)
 
     def sd(self, key: str) -> float:
         """Standard deviation of a figure, the others being free."""

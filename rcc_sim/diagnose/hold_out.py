@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -147,12 +147,14 @@ def proof(
     nominal: Engine,
     fit: Fit,
     holdouts: Sequence[Problem],
+    level: Mapping[str, float],
     *,
     by_torque: bool,
 ) -> tuple[Shrink, float | None, float | None]:
     """Return the shrink, and the energy gap before and after, on rows held out.
 
-    These are other logs that were kept back, else each half of the logs in turn.
+    These are other logs that were kept back, else each half of the logs in turn. On
+    another log a cause that varies over the drive acts at its ``level``.
     ``by_torque``: an imposed drive's power follows from the torque that was measured,
     else from its motion.
     """
@@ -172,11 +174,11 @@ def proof(
             ),
         )
     other = Engine(holdouts)
-    values = figures_of(fit.values)
+    values = {**fit.values, **level}
     return (
-        kept_back(other, values),
+        kept_back(other, figures_of(values)),
         energy_percent(driven(holdouts), [({}, None)]),
-        energy_percent(driven(holdouts), [(fit.values, None)]),
+        energy_percent(driven(holdouts), [(values, None)]),
     )
 
 

@@ -34,6 +34,8 @@ YAW_INERTIA = "body.yaw_inertia_kgm2"
 
 BIAS, SCALE = "bias.", ".scale"
 
+OWN = "own."
+
 MOST_FACTOR = 2.0
 """Largest logarithm of a factor by which a step moves a figure."""
 
@@ -48,7 +50,8 @@ class Knob:
     Parameters
     ----------
     key : str
-        Dotted key of the vehicle file, or ``bias.LOG.COLUMN`` of a sensor.
+        Dotted key of the vehicle file, ``own.LOG.KEY`` of one that holds in a log
+        alone, or ``bias.LOG.COLUMN`` of a sensor.
     value : float
         Where it is expected.
     sd : float
@@ -226,9 +229,21 @@ def scale_key(log: int, column: str) -> str:
     return bias_key(log, column) + SCALE
 
 
-def figures_of(values: Mapping[str, float]) -> dict[str, float]:
-    """Return the figures of the vehicle, the sensors' offsets left out."""
-    return {k: x for k, x in values.items() if not k.startswith(BIAS)}
+def own_key(log: int, key: str) -> str:
+    """Key of a figure that holds in one of the logs alone."""
+    return f"{OWN}{log}.{key}"
+
+
+def figures_of(values: Mapping[str, float], log: int | None = None) -> dict[str, float]:
+    """Return the figures of the vehicle, in all logs or in one.
+
+    The sensors' offsets are left out.
+    """
+    of_all = {k: x for k, x in values.items() if not k.startswith((BIAS, OWN))}
+    own = f"{OWN}{log}."
+    return of_all | {
+        k.removeprefix(own): x for k, x in values.items() if k.startswith(own)
+    }
 
 
 def neutral_of(key: str) -> float:

@@ -48,7 +48,10 @@ class Prices:
 
 
 def prices(
-    plain: Problem, causes: Sequence[Cause], values: Mapping[str, float]
+    plain: Problem,
+    causes: Sequence[Cause],
+    values: Mapping[str, float],
+    log: int = 0,
 ) -> Prices | None:
     """Return what each cause adds to the energy of a drive.
 
@@ -62,9 +65,11 @@ def prices(
     plain : Problem
         The log and the nominal vehicle, without any profile that was found.
     causes : sequence of Cause
-        What is asserted; a profile is that of the first log.
+        What is asserted.
     values : mapping
         Figures of the fit, dotted key -> value.
+    log : int
+        Which of the logs it is: a profile is that of this one.
 
     Returns
     -------
@@ -82,7 +87,7 @@ def prices(
         acting = [known[p] for p in parts if p != FIGURES]
         figures = _figures(values, causes, acting, moved=FIGURES in parts)
         vehicle = plain.vehicle.changed(settings=figures) if figures else plain.vehicle
-        return power_of(at, replay(vehicle, with_profiles(plain, acting).drive))
+        return power_of(at, replay(vehicle, with_profiles(plain, acting, log).drive))
 
     base = power(())
     ok = np.isfinite(measured) & np.isfinite(base)
@@ -106,10 +111,10 @@ def prices(
     return Prices(paid, figures, whole - ends[1])
 
 
-def with_profiles(plain: Problem, causes: Sequence[Cause]) -> Problem:
-    """Return the first log's problem with the profiles of some causes on it."""
+def with_profiles(plain: Problem, causes: Sequence[Cause], log: int = 0) -> Problem:
+    """Return a log's problem with the profiles of some causes on it."""
     found = plain
-    for profile in (c.profiles[0] for c in causes if 0 in c.profiles):
+    for profile in (c.profiles[log] for c in causes if log in c.profiles):
         found = acted_on(found, profile)
     return found
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from math import inf
@@ -30,6 +30,7 @@ from rcc_sim.diagnose.prices import Prices, prices
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.remainder import Remainder, clearest, remainder
 from rcc_sim.diagnose.sums import with_all_figures
+from rcc_sim.diagnose.switched import LOAD
 from rcc_sim.diagnose.ties import settled
 from rcc_sim.diagnose.verdict import (
     DOUBTLESS,
@@ -66,7 +67,7 @@ class Diagnosis:
     vehicle : Vehicle
         The nominal model.
     problem : Problem
-        The first log as it was explained, and that model, without any profile found.
+        The log ``shown`` as it was explained, and that model, without any profile.
     gaps : tuple of Gap
         Where each log and the nominal model part.
     status : str
@@ -92,6 +93,8 @@ class Diagnosis:
         Logs on which the proof is; empty: stretches of those that were explained.
     withdrawn : tuple of str
         Effects that explain what was fitted, and do nothing for what was held out.
+    shown : int
+        Log that is shown: of several, the one whose energy is farthest off.
     """
 
     vehicle: Vehicle
@@ -109,10 +112,11 @@ class Diagnosis:
     experiments: tuple[Experiment, ...] = ()
     kept_back: tuple[str, ...] = ()
     withdrawn: tuple[str, ...] = ()
+    shown: int = 0
 
     def document(self) -> dict[str, Any]:
         """Return what ``--json`` prints."""
-        first = self.gaps[0]
+        first = self.gap
         unexplained: dict[str, Any] = {
             "fraction": self.unexplained,
             "windows": self.left.windows if self.left.is_real else [],
@@ -162,6 +166,11 @@ class Diagnosis:
         }
 
     @property
+    def gap(self) -> Gap:
+        """Gap of the log that is shown."""
+        return self.gaps[self.shown]
+
+    @property
     def is_tied(self) -> bool:
         """Whether something else would do in the place of a cause."""
         return any(a.cause.tied for a in self.asserted)
@@ -175,15 +184,16 @@ class Diagnosis:
 
     @cached_property
     def prices(self) -> Prices | None:
-        """What each cause adds to the energy of the first log."""
-        return prices(self.plain, [a.cause for a in self.asserted], self.fit.values)
+        """What each cause adds to the energy of the log that is shown."""
+        causes = [a.cause for a in self.asserted]
+        return prices(self.plain, causes, self.fit.values, self.shown)
 
     @cached_property
     def plain(self) -> Problem:
         """The same as ``problem``, at the log's own rows."""
         if self.problem.charge is None:
             return self.problem
-        return problem_of(self.gaps[0].measured, self.vehicle)
+        return problem_of(self.gap.measured, self.vehicle)
 
     @property
     def not_identifiable(self) -> list[str]:
@@ -303,7 +313,11 @@ def diagnose(
     fresh = [problem_of(one.log, vehicle) for one in holdouts]
     torqued = any(p.torqued for p in (*problems, *fresh))
     by_torque = torqued and leave_shaft(causes, acting.tracks)
-    shrink, before, after = proof(acting, engine, fit, fresh, by_torque=by_torque)
+    stated = {key: figure.value for key, figure in vehicle.figures().items()}
+    level = levels_of(causes, fit, stated)
+    shrink, before, after = proof(
+        acting, engine, fit, fresh, level, by_torque=by_torque
+    )
     large = any(g.energy.beyond(DOUBTLESS) for g in gaps)
     doubtless = any(g.energy.within is False for g in gaps)
     refuted: tuple[str, ...] = ()
@@ -312,8 +326,9 @@ def diagnose(
         causes, large = [], True
         fit, acting = _only(engine, found, fit, causes)
         left = remainder(acting, fit)
-        shrink, before, after = proof(acting, engine, fit, fresh, by_torque=by_torque)
-    stated = {key: figure.value for key, figure in vehicle.figures().items()}
+        shrink, before, after = proof(
+            acting, engine, fit, fresh, {}, by_torque=by_torque
+        )
     row = size_of(problems[0], "row")
     farthest = max(map(abs, moved(fit, stated).values()), default=0.0)
     asserted = tuple(
@@ -334,11 +349,17 @@ def diagnose(
         ends=ends,
         farthest=farthest,
     )
+    shown = farthest_off(gaps)
     return Diagnosis(
-        vehicle, problems[0], gaps, status, asserted, found, fit, left, shrink,
+        vehicle, problems[shown], gaps, status, asserted, found, fit, left, shrink,
         before, after, by_torque, runs, tuple(one.log.name for one in holdouts),
-        refuted,
+        refuted, shown,
     )  # fmt: skip
+
+
+def farthest_off(gaps: Sequence[Gap]) -> int:
+    """Return the log whose energy is farthest off; the first where none is known."""
+    return int(np.argmax([abs(g.energy.gap_wh or 0.0) for g in gaps]))
 
 
 def refuse_short(log: Trace) -> None:
@@ -349,6 +370,17 @@ def refuse_short(log: Trace) -> None:
             f"{log.name}: lasts {lasts:.3g} s: too short to tell a cause from noise",
             f"noise may remember {MEMORY:g} s; {SHORTEST:g} s of driving at least",
         )
+
+
+def levels_of(
+    causes: Sequence[Cause], fit: Fit, stated: Mapping[str, float]
+) -> dict[str, float]:
+    """Return the mean of each load that varies, as the mended file states it."""
+    return {
+        cause.keys[0]: next(iter(estimates(fit, cause, stated).values())).value
+        for cause in causes
+        if cause.effect == LOAD and cause.profiles
+    }
 
 
 def constant(causes: Sequence[Cause]) -> dict[str, tuple[str, ...]]:

@@ -74,7 +74,7 @@ def signatures(found: Diagnosis) -> Signatures:
     causes = [a.cause for a in found.asserted]
     winner, others = (causes[0], causes[1:]) if causes else (None, [])
     own = set(winner.keys) if winner else set()
-    plain = with_profiles(found.problem, others)
+    plain = with_profiles(found.problem, others, found.shown)
     values = {k: x for k, x in found.fit.values.items() if k not in own}
     try:
         base = plain.predict(figures_of(values))
@@ -87,7 +87,8 @@ def signatures(found: Diagnosis) -> Signatures:
         return x if plain.charge is None else plain.charge.held(x)
 
     def moved(figures: Mapping[str, float], varying: bool = False) -> dict[str, Array]:
-        on = with_profiles(plain, [winner]) if varying and winner else plain
+        mine = [winner] if varying and winner else []
+        on = with_profiles(plain, mine, found.shown)
         out = on.predict({**figures_of(values), **figures})
         return {c: at_rows(out[c] - base[c]) for c in channels}
 

@@ -6,8 +6,6 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from math import inf
 
-import numpy as np
-
 from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.cause import (
     BRISK_ENOUGH,
@@ -18,7 +16,7 @@ from rcc_sim.diagnose.cause import (
 )
 from rcc_sim.diagnose.engine import MEMORY, Engine
 from rcc_sim.diagnose.fit import Fit
-from rcc_sim.diagnose.knobs import Knob
+from rcc_sim.diagnose.knobs import Knob, own_key
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.profile import Probe, Profile, acted_on, probe_size, stated
 from rcc_sim.diagnose.refine import TIED, TOO_FAR
@@ -187,25 +185,29 @@ def with_profile(engine: Engine, fit: Fit, cause: Cause) -> tuple[Engine, Fit, C
 def levelled(
     engine: Engine, fit: Fit, key: str, profiles: Mapping[int, Profile]
 ) -> tuple[Engine, Fit, dict[int, Profile]]:
-    """Return a fit in which the mean of profiles was as free as a constant cause.
+    """Return a fit in which the mean of each profile was as free as a constant cause.
 
     What a profile found first is what the tolerances had left of it; no prior says that
-    a load is small. ``engine`` is the one on which no profile acts.
+    a load is small, nor that it is the same in two logs. ``engine`` is the one on which
+    no profile acts.
     """
-    level = stated(engine, key)
-    mean = float(np.mean([p.mean for p in profiles.values()]))
+    level, size = stated(engine, key), probe_size(engine, key)
     low, high = EFFECTS[LOAD].param(key.rpartition(".")[2]).bounds
-    value = min(max(level + mean, low), high)
-    free = Knob(key, value, inf, low, high, probe_size(engine, key))
-    about = {i: p.raised(level - value) for i, p in profiles.items()}
-    knobs = [*(k for k in fit.knobs if k.key != key), free]
-    fit = descent.fit(with_acting(engine, about), {**fit.values, key: value}, knobs)
-    sd, rise = fit.sd(key), fit.values[key] - level
-    told = {
-        i: replace(p.raised(rise), mean_sd=max(p.mean_sd, sd)) for i, p in about.items()
+    means = {
+        i: Knob(own_key(i, key), level + p.mean, inf, low, high, size)
+        for i, p in profiles.items()
     }
-    kept = {k: x for k, x in fit.values.items() if k != key}
-    return with_acting(engine, told), replace(fit.holding(key), values=kept), told
+    means = {i: replace(k, value=k.within(k.value)) for i, k in means.items()}
+    about = {i: p.raised(level - means[i].value) for i, p in profiles.items()}
+    knobs = [*(k for k in fit.knobs if k.key != key), *means.values()]
+    fit = descent.fit(with_acting(engine, about), fit.values, knobs)
+    told = {}
+    for i, knob in means.items():
+        rise, sd = fit.values[knob.key] - level, fit.sd(knob.key)
+        raised = about[i].raised(rise)
+        told[i] = replace(raised, mean_sd=max(raised.mean_sd, sd))
+    fit = fit.without([key, *(k.key for k in means.values())])
+    return with_acting(engine, told), fit, told
 
 
 def with_acting(engine: Engine, profiles: Mapping[int, Profile]) -> Engine:

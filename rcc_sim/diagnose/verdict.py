@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import exp, hypot, inf, isfinite, log
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rcc_sim.definitions.figure import Z_90
 from rcc_sim.diagnose.cause import ENOUGH, Cause
@@ -18,6 +20,8 @@ from rcc_sim.diagnose.screen import CLOSER, TICK
 from rcc_sim.physics.effect import Effect
 from rcc_sim.physics.effects import EFFECTS
 from rcc_sim.units import unit_of
+
+Array = NDArray[np.float64]
 
 WITHDRAWN = 0.2
 """Share of a cause's nats that a remainder may have before the cause is withdrawn: of
@@ -69,7 +73,8 @@ INTERVAL = 1.45
 class Estimate:
     """A figure found, with its 90 % interval; ``stated`` is the vehicle file's.
 
-    Of one that varies the mean, and the ``least`` and ``most`` over the drive.
+    Of one that varies the mean, and the ``least`` and ``most`` over the drive; over all
+    drives, where there are several, and in ``each``.
     """
 
     value: float
@@ -79,12 +84,14 @@ class Estimate:
     stated: float | None = None
     least: float | None = None
     most: float | None = None
+    each: tuple[Estimate, ...] = ()
 
-    def document(self) -> dict[str, float]:
+    def document(self) -> dict[str, Any]:
         """Return what ``--json`` prints of it."""
-        told = {"value": self.value, "low": self.low, "high": self.high}
+        told: dict[str, Any] = {"value": self.value, "low": self.low, "high": self.high}
         names = ("stated", "least", "most")
-        return told | {n: x for n in names if (x := getattr(self, n)) is not None}
+        told |= {n: x for n in names if (x := getattr(self, n)) is not None}
+        return told | ({"logs": [e.document() for e in self.each]} if self.each else {})
 
 
 @dataclass(frozen=True)
@@ -255,16 +262,31 @@ def resolution(knob: Knob, value: float, row: float) -> float:
 
 
 def _of_profile(fit: Fit, key: str, cause: Cause, stated: float) -> Estimate:
-    """Mean and ends of a profile and what it acts on: fitted, else as stated."""
-    profile = next(iter(cause.profiles.values()))
+    """Mean and ends of profiles and what they act on: fitted, else as stated.
+
+    Of several logs the mean over all of them, each as long as it is; what puts one off
+    may put off all.
+    """
     bounds = EFFECTS[cause.effect].param(key.rpartition(".")[2]).bounds
     base = fit.values.get(key, stated)
-    every = np.concatenate([p.value for p in cause.profiles.values()]) + base
-    mean = profile.mean + base
-    sd = INTERVAL * profile.mean_sd
-    told = [mean, mean - Z_90 * sd, mean + Z_90 * sd, every.min(), every.max()]
-    value, low, high, least, most = np.clip(told, *bounds).tolist()
-    return Estimate(value, low, high, sd, least=least, most=most)
+
+    def estimate(mean: float, sd: float, values: Array) -> Estimate:
+        told = [mean, mean - Z_90 * sd, mean + Z_90 * sd, values.min(), values.max()]
+        value, low, high, least, most = np.clip(np.add(told, base), *bounds).tolist()
+        return Estimate(value, low, high, sd, least=least, most=most)
+
+    profiles = [cause.profiles[i] for i in sorted(cause.profiles)]
+    means = [p.mean for p in profiles]
+    sds = [INTERVAL * p.mean_sd for p in profiles]
+    each = tuple(
+        estimate(x, sd, p.value) for x, sd, p in zip(means, sds, profiles, strict=True)
+    )
+    if len(each) == 1:
+        return each[0]
+    long = [p.knots[-1] - p.knots[0] for p in profiles]
+    mean, sd = (float(np.average(x, weights=long)) for x in (means, sds))
+    whole = estimate(mean, sd, np.concatenate([p.value for p in profiles]))
+    return replace(whole, each=each)
 
 
 def ranking(

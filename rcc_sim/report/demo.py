@@ -158,7 +158,7 @@ def _told(
     rows = [
         _row(
             "of the energy that a log took, its model misses",
-            found.gaps[0].energy.gap_percent,
+            found.gap.energy.gap_percent,
             "%",
         ),
     ]

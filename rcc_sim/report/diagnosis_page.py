@@ -36,12 +36,12 @@ def diagnosis_page(found: Diagnosis, inputs: Sequence[str | Path] = ()) -> Repor
     inputs : sequence of str or Path
         Files that the command read: logs and vehicle.
     """
-    gap = found.gaps[0]
+    gap = found.gap
     shown = {channel.channel for channel in gap.channels} | {"speed_mps"}
     after = _mended(found)
     given_away = signatures(found) if found.status != "no_gap" else None
     names = [short(g.log) for g in found.gaps]
-    many = f"{names[0]}, the first of {len(names)} logs" if names[1:] else ""
+    many = f"{short(gap.log)}, one of {len(names)} logs" if names[1:] else ""
     return Report(
         title=f"Diagnosis of {', '.join(names)} against {gap.vehicle} ({gap.mode})",
         diagnosis=found.document(),
@@ -60,9 +60,9 @@ def diagnosis_page(found: Diagnosis, inputs: Sequence[str | Path] = ()) -> Repor
 
 
 def _mended(found: Diagnosis) -> Columns:
-    """Return a free run of the mended vehicle at the rows of the first log."""
+    """Return a free run of the mended vehicle at the rows of the log shown."""
     figures = figures_of(found.fit.values)
-    on = with_profiles(found.plain, [a.cause for a in found.asserted])
+    on = with_profiles(found.plain, [a.cause for a in found.asserted], found.shown)
     return replay(found.vehicle.changed(settings=figures), on.drive)
 
 
@@ -82,5 +82,5 @@ def _profiles(found: Diagnosis) -> Trace | None:
     if not any(a.cause.profiles for a in found.asserted):
         return None
     file = io.BytesIO()
-    write_profiles(found, file)
+    write_profiles(found, file, found.shown)
     return read_trace("-", io.BytesIO(file.getvalue()))

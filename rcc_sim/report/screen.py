@@ -67,19 +67,20 @@ def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
     """Yield the word at the left and what it says."""
     yield from _gap(found)
     several = len(found.gaps) > 1
-    of_first = f"{short(found.gaps[0].log)}: " if several else ""
+    of_one = f"{short(found.gap.log)}: " if several else ""
     bars = _bars(found, room)
     if bars:
-        yield "OVER", f"{of_first}gap of the battery power, {bars[0]}"
+        yield "OVER", f"{of_one}gap of the battery power, {bars[0]}"
         yield "", bars[1]
-    regimes = [r for r in found.gaps[0].regimes if r.gap_wh is not None]
+    regimes = [r for r in found.gap.regimes if r.gap_wh is not None]
     regimes = sorted(regimes, key=lambda r: -abs(r.gap_wh or 0.0))[:SHOWN]
     if regimes:
         told = (f"{r.regime.replace('_', ' ')} {_wh(r.gap_wh)}" for r in regimes)
-        yield "WHERE", of_first + ", ".join(told)
+        yield "WHERE", of_one + ", ".join(told)
     yield "VERDICT", WORDS[found.status].replace("no gap", _no_gap(found))
     for a in found.asserted:
         yield "CAUSE", _cause(a)
+        yield from (("", text) for text in _each(found, a))
     if found.withdrawn:
         yield (
             "AGAINST",
@@ -89,7 +90,7 @@ def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
     yield from _rivals(found)
     if found.asserted:
         yield from _proof(found)
-        yield from ((word, of_first + text) for word, text in _ledger(found))
+        yield from ((word, of_one + text) for word, text in _ledger(found))
     yield from _moved(found)
     if not found.asserted:
         yield from _doubt(found)
@@ -149,7 +150,7 @@ def _gap(found: Diagnosis) -> Iterator[tuple[str, str]]:
 
 def _bars(found: Diagnosis, room: int) -> tuple[str, str] | None:
     """Return the range of the gap of the power, and a line of bars over time."""
-    gap = found.gaps[0]
+    gap = found.gap
     power = logged_power(gap.measured)
     if power is None or "battery_power_w" not in gap.simulated or room < LEAST_BARS:
         return None
@@ -180,6 +181,20 @@ def _cause(a: Asserted) -> str:
         f"{any_of}: this log cannot tell them apart, probability {sure} that one of "
         f"them acts; if {first}: {told}"
     )
+
+
+def _each(found: Diagnosis, a: Asserted) -> Iterator[str]:
+    """Yield a line for each figure that has a mean of its own in each log."""
+    for name, x in a.figures.items():
+        pairs = list(zip(found.gaps, x.each, strict=False))
+        told = (
+            f"{short(gap.log)} {figures(e.value, 4)} ({figures(e.low, 4)} to "
+            f"{figures(e.high, 4)})"
+            for gap, e in pairs[:SHOWN]
+        )
+        if pairs:
+            more = f", and {len(pairs) - SHOWN} logs more" * (len(pairs) > SHOWN)
+            yield f"mean {name} by log: {', '.join(told)}{more}"
 
 
 def _ends(x: Estimate) -> str:
@@ -240,7 +255,7 @@ def _ledger(found: Diagnosis) -> Iterator[tuple[str, str]]:
 
 def _doubt(found: Diagnosis) -> Iterator[tuple[str, str]]:
     """Stated figures to measure where their sds alone allow the energy gap."""
-    energy = found.gaps[0].energy
+    energy = found.gap.energy
     if not energy.within or abs(energy.gap_wh or 0.0) < COVERAGE * energy.noise_wh:
         return
     most = list(energy.by_figure.items())[:SHOWN]

@@ -43,6 +43,7 @@ def diagnosis(car, problems, profiles):
         found=SimpleNamespace(engine=SimpleNamespace(problems=problems)),
         fit=SimpleNamespace(values={}),
         figures=dict,
+        shown=0,
         effects=lambda: {"road_grade": {"slope": Figure(mean, 0.006)}},
     )
 
