@@ -172,11 +172,12 @@ def line_search(engine: Engine, now: Fit, step: Array, promised: float) -> Fit |
     at which a limit or a tick comes a moment sooner make the way look stiffer than
     it is.
     """
-    for share in SHORTER:
-        new = stepped(engine, now, share * step)
-        if new is not None and new.score > now.score:
-            break
-    else:
+    share, new = engine.first(
+        lambda share: (share, stepped(engine, now, share * step)),
+        SHORTER,
+        lambda tried: tried[1] is not None and tried[1].score > now.score,
+    ) or (0.0, None)
+    if new is None:
         return None
     while share >= 1 and new.score - now.score > LONGER * share * promised:
         share *= 2

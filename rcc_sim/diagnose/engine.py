@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
+from itertools import zip_longest
 from math import inf, isfinite
-from threading import current_thread
 from typing import TypeVar
 
 import numpy as np
@@ -51,13 +51,6 @@ WIDER = (1.0, 10.0, 100.0)
 """Times by which the step along a figure that is to be found widens until it changes
 something: a threshold may move between two ticks and change nothing."""
 
-MANY = 20_000
-"""Rows from which on threads learn the noise sooner than one does: with fewer, they
-hand numpy's many short steps over more often than they work."""
-
-THREAD = "rccsim-engine"
-"""What the names of the pool's threads begin with."""
-
 
 class Engine:
     """The model and one or more logs of the same vehicle.
@@ -70,7 +63,8 @@ class Engine:
 
     def __init__(self, problems: Sequence[Problem]) -> None:
         self.problems = tuple(problems)
-        self.pool = ThreadPoolExecutor(threads(), THREAD)
+        others = threads() - 1
+        self.pool = ThreadPoolExecutor(others) if others else None
         self.tracks = [(i, c) for i, p in enumerate(problems) for c in p.channels]
         self.valid, self.grows_with, self.edges, self.least = [], [], [], []
         for p in problems:
@@ -128,8 +122,6 @@ class Engine:
             known = (valid, self.grows_with[i], self.edges[i], self.least[i])
             return fit_whitener(e, *known)
 
-        if max(map(len, left), default=0) < MANY:
-            return [one(i) for i in tracks]
         return self.each(one, tracks)
 
     def loglik(self, residuals: list[Array], noise: list[Whitener]) -> float:
@@ -238,11 +230,41 @@ class Engine:
     def each(self, do: Callable[[T], R], many: Sequence[T]) -> list[R]:
         """Do the same with each of many things, side by side.
 
-        Within the pool's own threads, in turn: one that waits for others holds them up.
+        Who asks does itself what no other thread has begun, so that none waits for what
+        nobody does: what is done may ask likewise, and finds the threads that are idle.
         """
-        inside = current_thread().name.startswith(THREAD)
-        alone = inside or len(many) < 2
-        return list(map(do, many) if alone else self.pool.map(do, many))
+        if len(many) < 2 or self.pool is None:
+            return list(map(do, many))
+        asked = [self.pool.submit(do, one) for one in many]
+        mine = {}
+        try:
+            for i, one in enumerate(many):
+                if asked[i].cancel():
+                    mine[i] = do(one)
+        except BaseException:
+            for other in asked:
+                other.cancel()
+            raise
+        return [mine[i] if i in mine else x.result() for i, x in enumerate(asked)]
+
+    def first(
+        self, do: Callable[[T], R], many: Sequence[T], good: Callable[[R], bool]
+    ) -> R | None:
+        """Return what is made of the first of many things if it is good, else the next.
+
+        None if none is. A thread that is idle works one ahead.
+        """
+        ahead: Future[R] | None = None
+        for one, then in zip_longest(many, many[1:]):
+            asked, ahead = ahead, None
+            if self.pool is not None and then is not None:
+                ahead = self.pool.submit(do, then)
+            made = do(one) if asked is None or asked.cancel() else asked.result()
+            if good(made):
+                if ahead is not None:
+                    ahead.cancel()
+                return made
+        return None
 
     def tangent(
         self, values: dict[str, float], knobs: Sequence[Knob], noise: list[Whitener]

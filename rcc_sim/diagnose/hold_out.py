@@ -16,7 +16,8 @@ from rcc_sim.diagnose.descent import SHORTER
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import figures_of, scale_key
-from rcc_sim.diagnose.noise import FREEDOM, Whitener
+from rcc_sim.diagnose.noise import Whitener
+from rcc_sim.diagnose.noise_kernel import FREEDOM
 from rcc_sim.diagnose.problem import Problem, by_motion
 
 Array = NDArray[np.float64]

@@ -8,19 +8,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.jit import compiled, jit
+from rcc_sim.diagnose.noise_kernel import FREEDOM, learn, whiten
+from rcc_sim.jit import compiled
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-
-FREEDOM = 8.0
-"""Degrees of freedom of the t-distribution that whitened residuals follow."""
 
 CURVATURE = (FREEDOM + 1) / (FREEDOM + 3)
 """Fisher information of the t-distribution about its centre, its scale being 1."""
@@ -59,17 +56,6 @@ def lag_edges(rate: float, memory: float, rows: int) -> list[int]:
     return edges
 
 
-def block_means(z: Array, edges: list[int]) -> list[Array]:
-    """Means of z over blocks of past rows; before the start z is taken as 0."""
-    total = np.zeros((len(z) + edges[-1] + 1, *z.shape[1:]))
-    np.cumsum(z, axis=0, out=total[edges[-1] + 1 :])
-    n, last = len(z), edges[-1]
-    return [
-        (total[last - a : last - a + n] - total[last - b : last - b + n]) / (b - a)
-        for a, b in pairwise(edges)
-    ]
-
-
 @dataclass(frozen=True)
 class Whitener:
     """Turns one channel's residual into white noise of unit variance."""
@@ -105,33 +91,6 @@ class Whitener:
             return np.zeros(0, dtype=np.intp), np.zeros(0)
         share = self.memory / np.diff(self.edges)
         return np.array(self.edges), np.diff(share, prepend=0.0, append=0.0)
-
-
-@jit
-def whiten(e, unit, valid, edges, weight, w):  # type: ignore[no-untyped-def]
-    """Write to w[j] the valid of e[j, i] / unit[i], less what those before foresee.
-
-    Means of blocks foresee it, which are differences of running totals, a weight for
-    each edge of a block; an invalid row counts as 0.
-    """
-    n = e.shape[1]
-    z = np.empty(n)
-    total = np.zeros(n + 1)
-    for j in range(e.shape[0]):
-        for i in range(n):
-            z[i] = 0.0
-            if valid[i]:
-                z[i] = e[j, i] / unit[i]
-            total[i + 1] = total[i] + z[i]
-        for b in range(len(edges)):
-            share, later = weight[b], z[edges[b] :]
-            for i in range(len(later)):
-                later[i] -= share * total[i]
-        k = 0
-        for i in range(n):
-            if valid[i]:
-                w[j, k] = z[i]
-                k += 1
 
 
 def weights(w: Array) -> Array:
@@ -189,20 +148,10 @@ def fit_whitener(
         unit = float(np.mean(g[valid] ** 2))
         if unit > 0:
             parts.append(g**2 / unit)
-    X = np.stack(parts)
     share = np.full(len(parts), 1.0 / len(parts))
     memory = np.zeros(max(len(edges) - 1, 0))
-    sigma = 1.0
-    for _ in range(3):
-        z = raw / scale
-        means = block_means(z, edges) if len(memory) else []
-        seen = z - sum(c * m for c, m in zip(memory, means, strict=True))
-        share = fit_scale((seen * scale)[valid], X[:, valid], share)
-        scale = np.sqrt(share @ X)
-        z = raw / scale
-        means = block_means(z, edges) if len(memory) else []
-        features = np.array(means).reshape(len(memory), len(z)).T[valid]
-        memory, sigma = fit_memory(z[valid], features, memory)
+    known = (np.flatnonzero(valid), np.stack(parts), np.array(edges, dtype=np.intp))
+    sigma = compiled(learn)(raw, *known, share, memory, scale)
     unit = float(np.sqrt(share[0])) or 1.0
     size, scale = sigma * unit, scale / unit
     if size < least:  # how a model errs that is as exact as this, nobody knows
@@ -210,43 +159,6 @@ def fit_whitener(
     if edges == [0]:
         return drifting(raw, scale * size, valid)
     return Whitener(scale, memory, edges, size, valid)
-
-
-def fit_scale(u: Array, X: Array, share: Array) -> Array:
-    """Non-negative shares of X (k, n) whose sum is the likeliest variance of u (n,).
-
-    Multiplicative steps on the likelihood of a t-distribution.
-    """
-    u2 = u * u
-    share = np.maximum(share, 1e-6 / len(share)) * robust_size(u2)
-    for _ in range(12):
-        s2 = share @ X
-        seen = (FREEDOM + 1) / (FREEDOM + u2 / s2) * u2 / s2**2
-        share = share * (X @ seen) / np.maximum(X @ (1 / s2), 1e-300)
-        share = np.maximum(share, 1e-12 * share.max())
-    return share
-
-
-def fit_memory(z: Array, features: Array, memory: Array) -> tuple[Array, float]:
-    """Weights of past block means that foresee z, and the size of what is left."""
-    size = np.sqrt(robust_size((z - features @ memory) ** 2))
-    for _ in range(2 if len(memory) else 0):
-        W = weights((z - features @ memory) / size)
-        A = features.T * W
-        N = A @ features
-        ridge = 1e-3 * np.trace(N) / len(memory) + 1e-30
-        memory = np.linalg.solve(N + ridge * np.eye(len(memory)), A @ z)
-        size = np.sqrt(robust_size((z - features @ memory) ** 2))
-    return memory, float(size)
-
-
-def robust_size(squares: Array) -> float:
-    """Square of the t-distribution's scale, from squared residuals."""
-    least = 1e-6 * float(np.mean(squares))  # most rows may be alike to the last bit
-    s = max(float(np.median(squares)) * 2.2, least) + 1e-300
-    for _ in range(6):
-        s = float(np.mean((FREEDOM + 1) / (FREEDOM + squares / s) * squares)) + 1e-300
-    return s
 
 
 def drifting(e: Array, scale: Array, valid: Mask) -> Whitener:

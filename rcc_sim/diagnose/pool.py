@@ -33,7 +33,8 @@ from rcc_sim.diagnose.candidates import Candidate, Search
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import BIAS, Knob
-from rcc_sim.diagnose.noise import FREEDOM, weights
+from rcc_sim.diagnose.noise import weights
+from rcc_sim.diagnose.noise_kernel import FREEDOM
 from rcc_sim.errors import InputError
 
 Array = NDArray[np.float64]

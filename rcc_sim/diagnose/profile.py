@@ -240,11 +240,15 @@ class Probe:
         them, found anew as well, is no evidence for them.
         """
         found = self._from_forgetful(log, H, shape)
+        return replace(found, evidence=found.evidence - self.without(log))
+
+    def without(self, log: int) -> float:
+        """Evidence for noise and knobs found anew, without any strength. [nats]"""
         if log not in self._without:
-            nothing = np.zeros((len(H), 1))
-            without = self._from_forgetful(log, nothing, np.eye(1))
-            self._without[log] = without.evidence
-        return replace(found, evidence=found.evidence - self._without[log])
+            rows = len(self.engine.problems[log].log["time_s"])
+            nothing = self._from_forgetful(log, np.zeros((rows, 1)), np.eye(1))
+            self._without[log] = nothing.evidence
+        return self._without[log]
 
     def _from_forgetful(self, log: int, H: Array, shape: Array) -> Weighed:
         tracks = self._tracks_of(log)

@@ -8,6 +8,8 @@ a few knots, which a log of a minute tells from noise no other way.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from math import ceil, lgamma
 from typing import NamedTuple
 
@@ -118,7 +120,10 @@ def beside_noise(engine: Engine, fit: Fit) -> Cause | None:
 
 def courses_of(probe: Probe, log: int, x: Array) -> list[Course]:
     """Return how a load may have gone over x, by levels and by a few knots."""
-    return [*stepped(probe, log, x), *(slow(probe, log, x, n) for n in SLOW)]
+    probe.without(log)  # which is what each is held against
+    ways = stepped(probe, log, x)
+    ways += [partial(slow, probe, log, x, n) for n in SLOW]
+    return probe.engine.each(lambda way: way(), ways)
 
 
 def course_of(
@@ -146,18 +151,15 @@ def slow(probe: Probe, log: int, x: Array, count: int) -> Course:
     return course_of(probe, probe.beside_noise(log, H, shape), knots, H, shape)
 
 
-def stepped(probe: Probe, log: int, x: Array) -> list[Course]:
-    """Return the likeliest levels over x for each of the ``PENALTIES``.
-
-    They cost the log of how many ways there are to choose the moments of change.
-    """
+def stepped(probe: Probe, log: int, x: Array) -> list[Callable[[], Course]]:
+    """Return what makes the likeliest levels over x for each of the ``PENALTIES``."""
     each, by_row = probe.per_row(log)
     count = min(len(x), BLOCKS)
     block = np.arange(len(x)) * count // len(x)
     told = np.bincount(block, by_row, count).astype(float)
     value = np.bincount(block, by_row * each, count) / np.maximum(told, 1e-300)
     least = max(ceil(SHORTEST * count / (x[-1] - x[0])), 2)
-    found = []
+    found: list[Callable[[], Course]] = []
     for edges in dict.fromkeys(
         segments(value, told, least, nats) for nats in PENALTIES
     ):
@@ -165,13 +167,24 @@ def stepped(probe: Probe, log: int, x: Array) -> list[Course]:
         if not 2 <= k <= MOST:
             continue
         which = np.searchsorted(edges[1:-1], block, side="right")
-        H, shape = (which[:, None] == np.arange(k)).astype(float), np.eye(k)
         cost = lgamma(count) - lgamma(k) - lgamma(count - k + 1)
-        levels = probe.beside_noise(log, H, shape)
-        last = np.flatnonzero(np.diff(which))
-        ends = np.concatenate([[0], np.stack([last, last + 1], 1).ravel(), [-1]])
-        found.append(course_of(probe, levels, x[ends], H, shape, cost))
+        found.append(partial(levels, probe, log, x, which, cost))
     return found
+
+
+def levels(
+    probe: Probe, log: int, x: Array, which: NDArray[np.intp], cost: float
+) -> Course:
+    """Return a course of levels, one for all rows of the same number in ``which``.
+
+    They cost the log of how many ways there are to choose the moments of change.
+    """
+    k = int(which[-1]) + 1
+    H, shape = (which[:, None] == np.arange(k)).astype(float), np.eye(k)
+    last = np.flatnonzero(np.diff(which))
+    ends = np.concatenate([[0], np.stack([last, last + 1], 1).ravel(), [-1]])
+    found = probe.beside_noise(log, H, shape)
+    return course_of(probe, found, x[ends], H, shape, cost)
 
 
 def segments(value: Array, told: Array, least: int, nats: float) -> tuple[int, ...]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from functools import partial
 from math import inf
 
 from rcc_sim.diagnose import descent
@@ -45,13 +46,15 @@ def profile_cause(engine: Engine, fit: Fit, named: set[str]) -> Cause | None:
     switches or grows, if it is likelier than those, each with the noise that it leaves.
     """
     wanted = [effect for effect in PROFILES if effect in named]
-    tried = engine.each(lambda effect: as_profile(engine, fit, effect), wanted)
+    ways = [partial(as_profile, engine, fit, effect) for effect in wanted]
+    if LOAD in named:
+        ways.append(partial(beside_noise, engine, held(fit, PROFILES[LOAD][0])))
+    tried = engine.each(lambda way: way(), ways)
+    course = tried.pop() if LOAD in named else None
     every = sorted((c for c in tried if c), key=lambda c: -c.gain)
-    course = (
-        beside_noise(engine, held(fit, PROFILES[LOAD][0])) if LOAD in named else None
-    )
     if course and not is_stated(engine, course):
-        rival = max((with_its_noise(engine, fit, c) for c in every), default=0.0)
+        nats = engine.each(partial(with_its_noise, engine, fit), every)
+        rival = max(nats, default=0.0)
         if course.gain * course.sharpened > rival:
             return replace(course, rival=max(course.rival, rival))
     found = [c for c in every if c.sharpened == 1] or every

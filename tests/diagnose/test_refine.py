@@ -9,7 +9,7 @@ import pytest
 
 from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.candidates import Candidate, Search
-from rcc_sim.diagnose.engine import THREAD, Engine
+from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import Knob
 from rcc_sim.diagnose.refine import contenders, likely, refine, released, screened
@@ -27,7 +27,7 @@ def engine():
     seen = np.exp(-1.5 * t) + NOISE * rng.normal(size=len(t))
     engine = object.__new__(Engine)  # without a log
     engine.problems = ()
-    engine.pool = ThreadPoolExecutor(1, THREAD)
+    engine.pool = ThreadPoolExecutor(1)
     engine.tracks = [(0, "seen")]
     engine.valid = [np.ones(len(t), dtype=bool)]
     engine.grows_with, engine.edges, engine.least = [[]], [[]], [0.0]

@@ -1,0 +1,210 @@
+"""Kernel code of the noise: residuals whitened, and scale and memory learnt from them.
+
+A residual's variance is a non-negative sum of shares of what it may grow with; what the
+means of blocks of past rows foresee of it is its memory. Both are the likeliest for a
+t-distribution, by turns.
+"""
+
+import math
+
+import numpy as np
+
+from rcc_sim.jit import jit
+
+FREEDOM = 8.0
+"""Degrees of freedom of the t-distribution that whitened residuals follow."""
+
+TURNS, STEPS, SOLVED, SIZED = 3, 12, 2, 6
+"""Turns of scale and memory; steps of the shares, of the memory, of a size, in each."""
+
+
+@jit
+def whiten(e, unit, valid, edges, weight, w):
+    """Write to w[j] the valid of e[j, i] / unit[i], less what those before foresee.
+
+    Means of blocks foresee it, which are differences of running totals, a weight for
+    each edge of a block; an invalid row counts as 0.
+    """
+    n = e.shape[1]
+    z = np.empty(n)
+    total = np.zeros(n + 1)
+    for j in range(e.shape[0]):
+        for i in range(n):
+            z[i] = 0.0
+            if valid[i]:
+                z[i] = e[j, i] / unit[i]
+            total[i + 1] = total[i] + z[i]
+        for b in range(len(edges)):
+            share, later = weight[b], z[edges[b] :]
+            for i in range(len(later)):
+                later[i] -= share * total[i]
+        k = 0
+        for i in range(n):
+            if valid[i]:
+                w[j, k] = z[i]
+                k += 1
+
+
+@jit
+def learn(e, rows, X, edges, share, memory, scale):
+    """Learn the noise of a residual e (n,) from some of its rows.
+
+    X (k, n) is what its variance may grow with. Written are the shares of X (k,), the
+    weights of the means of the blocks between ``edges`` (m,) and the scale (n,);
+    returned is the size of what is left.
+    """
+    n, v, m = len(e), len(rows), len(memory)
+    z, squares, means = np.empty(v), np.empty(v), np.zeros((v, m))
+    total = np.zeros(n + 1)
+    known = np.empty((X.shape[0], v))
+    for j in range(X.shape[0]):
+        for i in range(v):
+            known[j, i] = X[j, rows[i]]
+    size = 1.0
+    for _ in range(TURNS):
+        look_back(e, rows, scale, edges, total, z, means)
+        for i in range(v):
+            left = z[i]
+            for b in range(m):
+                left -= memory[b] * means[i, b]
+            squares[i] = (left * scale[rows[i]]) ** 2
+        fit_scale(squares, known, share)
+        for i in range(n):
+            variance = 0.0
+            for j in range(len(share)):
+                variance += share[j] * X[j, i]
+            scale[i] = math.sqrt(variance)
+        look_back(e, rows, scale, edges, total, z, means)
+        size = fit_memory(z, means, memory, squares)
+    return size
+
+
+@jit
+def look_back(e, rows, scale, edges, total, z, means):
+    """Write the scaled residual z at some rows, and its means over the blocks before.
+
+    Rows that are not among them, and those before the start, count as 0.
+    """
+    n, k = len(e), 0
+    for i in range(n):
+        total[i + 1] = total[i]
+        if k < len(rows) and rows[k] == i:
+            z[k] = e[i] / scale[i]
+            total[i + 1] += z[k]
+            k += 1
+    for b in range(means.shape[1]):
+        near, far = edges[b], edges[b + 1]
+        for k in range(len(rows)):
+            there = total[max(rows[k] - near, 0)] - total[max(rows[k] - far, 0)]
+            means[k, b] = there / (far - near)
+
+
+@jit
+def fit_scale(squares, X, share):
+    """Write the shares of X (k, n) whose sum is the likeliest variance of squares.
+
+    Multiplicative steps on the likelihood of a t-distribution.
+    """
+    k = len(share)
+    size = robust_size(squares)
+    for j in range(k):
+        share[j] = max(share[j], 1e-6 / k) * size
+    up, down = np.empty(k), np.empty(k)
+    for _ in range(STEPS):
+        up[:] = 0.0
+        down[:] = 0.0
+        for i in range(len(squares)):
+            variance = 0.0
+            for j in range(k):
+                variance += share[j] * X[j, i]
+            inverse = 1.0 / variance
+            seen = squares[i] * inverse
+            seen *= (FREEDOM + 1.0) / (FREEDOM + seen) * inverse
+            for j in range(k):
+                up[j] += X[j, i] * seen
+                down[j] += X[j, i] * inverse
+        most = 0.0
+        for j in range(k):
+            share[j] *= up[j] / max(down[j], 1e-300)
+            most = max(most, share[j])
+        for j in range(k):
+            share[j] = max(share[j], 1e-12 * most)
+
+
+@jit
+def fit_memory(z, means, memory, squares):
+    """Write the weights of the means (n, m) that foresee z; return the size left.
+
+    Least squares with the weights of a t-distribution.
+    """
+    m = len(memory)
+    square_left(z, means, memory, squares)
+    variance = robust_size(squares)
+    N, b = np.empty((m, m)), np.empty(m)
+    for _ in range(SOLVED * (m > 0)):
+        N[:] = 0.0
+        b[:] = 0.0
+        for i in range(len(z)):
+            weight = (FREEDOM + 1.0) / (FREEDOM + squares[i] / variance)
+            for j in range(m):
+                part = weight * means[i, j]
+                b[j] += part * z[i]
+                for c in range(j + 1):
+                    N[j, c] += part * means[i, c]
+        trace = 0.0
+        for j in range(m):
+            trace += N[j, j]
+        for j in range(m):
+            N[j, j] += 1e-3 * trace / m + 1e-30
+        solve(N, b)
+        memory[:] = b
+        square_left(z, means, memory, squares)
+        variance = robust_size(squares)
+    return math.sqrt(variance)
+
+
+@jit
+def square_left(z, means, memory, squares):
+    """Write the squares of what a memory does not foresee."""
+    for i in range(len(z)):
+        left = z[i]
+        for j in range(len(memory)):
+            left -= memory[j] * means[i, j]
+        squares[i] = left * left
+
+
+@jit
+def robust_size(squares):
+    """Return the square of the t-distribution's scale, from squared residuals."""
+    n = len(squares)
+    mean = 0.0
+    for i in range(n):
+        mean += squares[i]
+    mean /= n
+    # most rows may be alike to the last bit
+    size = max(np.median(squares) * 2.2, 1e-6 * mean) + 1e-300
+    for _ in range(SIZED):
+        total = 0.0
+        for i in range(n):
+            total += squares[i] / (FREEDOM * size + squares[i])
+        size = (FREEDOM + 1.0) * size * total / n + 1e-300
+    return size
+
+
+@jit
+def solve(N, b):
+    """Write to b the solution of N x = b by Cholesky; of N the lower half is used."""
+    m = len(b)
+    for j in range(m):
+        for c in range(j + 1):
+            part = N[j, c]
+            for k in range(c):
+                part -= N[j, k] * N[c, k]
+            N[j, c] = math.sqrt(part) if c == j else part / N[c, c]
+        for k in range(j):
+            b[j] -= N[j, k] * b[k]
+        b[j] /= N[j, j]
+    for j in range(m - 1, -1, -1):
+        for k in range(j + 1, m):
+            b[j] -= N[k, j] * b[k]
+        b[j] /= N[j, j]

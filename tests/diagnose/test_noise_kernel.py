@@ -1,0 +1,82 @@
+"""Kernel code of the noise beside the same in whole arrays, and what each solves."""
+
+import numpy as np
+import pytest
+
+from rcc_sim.diagnose import noise_kernel as kernel
+from rcc_sim.jit import compiled
+
+RNG = np.random.default_rng(5)
+
+
+def sized(squares):
+    """Square of a t-distribution's scale: its share of squares is what it should be."""
+    s = compiled(kernel.robust_size)(squares)
+    weights = (kernel.FREEDOM + 1) / (kernel.FREEDOM + squares / s)
+    return s, float(np.mean(weights * squares)) / s
+
+
+def test_a_size_is_that_at_which_weighted_squares_come_to_it():
+    s, balance = sized(RNG.standard_t(kernel.FREEDOM, 20_000) ** 2)
+    assert s == pytest.approx(1.0, rel=0.05)
+    assert balance == pytest.approx(1.0, abs=1e-3)
+
+
+def test_shares_of_a_variance_are_found_again():
+    X = np.stack([np.ones(20_000), RNG.uniform(0, 2, 20_000) ** 2])
+    true = np.array([0.5, 3.0])
+    squares = RNG.normal(size=20_000) ** 2 * (true @ X)
+    share = np.full(2, 0.5)
+    compiled(kernel.fit_scale)(squares, X, share)
+    assert share[1] / share[0] == pytest.approx(true[1] / true[0], rel=0.25)
+
+
+@pytest.mark.parametrize("m", [1, 3, 9])
+def test_solve_is_that_of_numpy(m):
+    A = RNG.normal(size=(m, 3 * m))
+    N, b = A @ A.T, RNG.normal(size=m)
+    x, lower = b.copy(), np.tril(N)
+    compiled(kernel.solve)(lower, x)
+    np.testing.assert_allclose(x, np.linalg.solve(N, b), rtol=1e-8)
+
+
+def test_a_memory_settles_at_that_of_least_squares_by_its_own_weights():
+    n = 5000
+    means = RNG.normal(size=(n, 3))
+    z = means @ [0.5, -0.2, 0.1] + RNG.standard_t(kernel.FREEDOM, n)
+    memory, squares = np.zeros(3), np.empty(n)
+    for _ in range(10):  # until the weights have settled
+        size = compiled(kernel.fit_memory)(z, means, memory, squares)
+    left = z - means @ memory
+    np.testing.assert_allclose(squares, left**2)
+    W = (kernel.FREEDOM + 1) / (kernel.FREEDOM + squares / size**2)
+    N = (means.T * W) @ means
+    N += 1e-3 * np.trace(N) / 3 * np.eye(3)
+    np.testing.assert_allclose(memory, np.linalg.solve(N, (means.T * W) @ z), atol=1e-4)
+
+
+def test_blocks_of_past_rows_are_averaged_and_what_is_not_seen_counts_as_nothing():
+    e, scale = np.arange(1.0, 7.0), np.full(6, 2.0)
+    rows, edges = np.array([0, 2, 3, 5]), np.array([0, 1, 3])
+    z, means, total = np.empty(4), np.empty((4, 2)), np.zeros(7)
+    compiled(kernel.look_back)(e, rows, scale, edges, total, z, means)
+    seen = np.where(np.isin(np.arange(6), rows), e / 2, 0.0)
+    np.testing.assert_allclose(z, seen[rows])
+    before = np.concatenate([np.zeros(3), seen])
+    # a block from a to b rows back holds those older than a, up to b
+    for k, i in enumerate(rows):
+        expected = [before[i + 3 - b : i + 3 - a].mean() for a, b in ((0, 1), (1, 3))]
+        np.testing.assert_allclose(means[k], expected)
+
+
+def test_machine_code_and_plain_python_give_the_same():
+    n = 300
+    e, rows = RNG.normal(size=n), np.arange(n)
+    X = np.stack([np.ones(n), RNG.random(n)])
+    edges = np.array([0, 1, 2, 4])
+    found = []
+    for run in (compiled(kernel.learn), kernel.learn):
+        share, memory, scale = np.full(2, 0.5), np.zeros(3), np.ones(n)
+        size = run(e, rows, X, edges, share, memory, scale)
+        found.append(np.concatenate([[size], share, memory, scale]))
+    np.testing.assert_allclose(found[0], found[1], rtol=1e-12)
