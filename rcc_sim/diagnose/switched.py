@@ -38,6 +38,12 @@ PENALTIES = (10.0, 40.0, 160.0)
 one that does, is found by trying."""
 
 
+FIRST = 3.0
+"""Nats that a change must gain by the noise that the load is still in."""
+
+NORMAL = 0.455
+"""Median of the square of a standard normal variable."""
+
 LEAST = 1.0
 """Nats that a load is said to gain at least by a noise that takes it for its own."""
 
@@ -160,8 +166,11 @@ def stepped(probe: Probe, log: int, x: Array) -> list[Callable[[], Course]]:
     value = np.bincount(block, by_row * each, count) / np.maximum(told, 1e-300)
     least = max(ceil(SHORTEST * count / (x[-1] - x[0])), 2)
     found: list[Callable[[], Course]] = []
+    sharper = told * sharpened(value, told, segments(value, told, least, FIRST))
     for edges in dict.fromkeys(
-        segments(value, told, least, nats) for nats in PENALTIES
+        segments(value, weight, least, nats)
+        for weight in (told, sharper)
+        for nats in PENALTIES
     ):
         k = len(edges) - 1
         if not 2 <= k <= MOST:
@@ -185,6 +194,19 @@ def levels(
     ends = np.concatenate([[0], np.stack([last, last + 1], 1).ravel(), [-1]])
     found = probe.beside_noise(log, H, shape)
     return course_of(probe, found, x[ends], H, shape, cost)
+
+
+def sharpened(value: Array, told: Array, edges: tuple[int, ...]) -> float:
+    """Return how many times more each value tells by the noise that levels leave.
+
+    A load that is on for much of the time makes most of what passes for noise itself.
+    """
+    begin = np.array(edges[:-1])
+    weight = np.maximum(np.add.reduceat(told, begin), 1e-300)
+    level = np.add.reduceat(told * value, begin) / weight
+    left = value - np.repeat(level, np.diff(edges))
+    usual = float(np.median(told * left**2)) / NORMAL
+    return 1 / max(usual, 1e-12)
 
 
 def segments(value: Array, told: Array, least: int, nats: float) -> tuple[int, ...]:

@@ -8,6 +8,7 @@ from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.deliver import acting
 from rcc_sim.diagnose.run import diagnose
+from rcc_sim.diagnose.switched import FIRST, segments, sharpened
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import replay
 from rcc_sim.trace import Trace
@@ -161,3 +162,16 @@ def test_a_load_that_pulses_is_told_with_its_course(tmp_path):
     time = np.arange(0.0, 75.0, 0.02)
     assert np.corrcoef(one.cause.profiles[0].at(time), aux)[0, 1] > 0.95
     assert one.figures["power_w"].value == pytest.approx(aux.mean(), rel=0.1)
+
+
+def test_pulses_are_found_once_what_they_hide_in_is_known_without_them():
+    rng = np.random.default_rng(3)
+    heater = np.where(np.arange(990) % 40 < 12, 4000.0, 0.0)
+    value = heater + rng.normal(0, 300, len(heater))
+    told = np.full(len(value), 1 / value.var())
+    assert len(segments(value, told, 2, 10.0)) < 20  # each change gains too little
+    times = sharpened(value, told, segments(value, told, 2, FIRST))
+    assert times == pytest.approx(value.var() / 300**2, rel=0.2)
+    found = segments(value, told * times, 2, 10.0)
+    true = np.flatnonzero(np.diff(heater)) + 1
+    np.testing.assert_array_equal(found[1:-1], true)
