@@ -88,6 +88,7 @@ def compete(
     null = descent.fit(engine, {}, nuisance_knobs(engine.problems))
     causes: list[Cause] = []
     ranking: dict[str, float] = {}
+    outdone: set[str] = set()
     current = null
     for turn in range(MOST_CAUSES):
         told(f"screening for cause {turn + 1}")
@@ -103,7 +104,8 @@ def compete(
         named = {c.effect for c in candidates} - {
             c.effect for c in causes if c.profiles
         }
-        varying = profile_cause(engine, current, named)
+        varying, refuted = profile_cause(engine, current, named - outdone)
+        outdone |= refuted
         held = constant | {r.screened.candidate.effect: r.before for r in refined}
         if varying and is_clear(varying, one, held, causes):
             ranking[varying.effect] = max(ranking.get(varying.effect, 0), varying.gain)

@@ -74,14 +74,11 @@ class Course(NamedTuple):
 
 
 def beside_noise(engine: Engine, fit: Fit) -> Cause | None:
-    """Return a load that switches or grows, if what is left of a fit is one.
+    """Return how a load may have switched or grown, if what is left of a fit asks.
 
-    The same course of a drag has to be less likely by as much as a load must gain. Of
-    45 drives of the blind plant and the reference set without a cause none gains more
-    than 12 nats; of 43 with something of no library that course of a drag is likelier,
-    or 3 nats less likely, in each whose load gains more than 5.
     Its ``gain`` is by the noise of the fit, as any other's; ``sharpened`` is how much
-    more it is together with the noise that it leaves.
+    more it is together with the noise that it leaves, ``rival`` the nats of a drag of
+    the same course, likewise.
     """
     if any(w.turned is not None for w in fit.noise):
         return None
@@ -107,8 +104,6 @@ def beside_noise(engine: Engine, fit: Fit) -> Cause | None:
         for i, c in courses.items()
         if other.shows_in(i)
     )
-    if both < rival + ENOUGH:
-        return None
     alone = sum(
         probe.evidence(i, c.windows, c.shape) - c.cost for i, c in courses.items()
     )
@@ -117,7 +112,7 @@ def beside_noise(engine: Engine, fit: Fit) -> Cause | None:
         LOAD,
         (key,),
         gain,
-        rival=max(rival, 0.0),
+        rival=rival,
         profiles=found,
         sharpened=both / gain,
         shares=probe.shares,

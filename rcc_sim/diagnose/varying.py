@@ -39,11 +39,17 @@ ROOM = 2e7
 """Largest number of windows times rows: each is a number to be kept, for each track."""
 
 
-def profile_cause(engine: Engine, fit: Fit, named: set[str]) -> Cause | None:
+def profile_cause(
+    engine: Engine, fit: Fit, named: set[str]
+) -> tuple[Cause | None, set[str]]:
     """Return the effect that best explains as a profile what a fit leaves, if any.
+
+    And those that something else of the same course outdoes: no later turn is to try
+    them, once that is half explained by what they are as a constant.
 
     One that shows by the noise that it leaves alone, if no other does; a load that
     switches or grows, if it is likelier than those, each with the noise that it leaves.
+    No load at all, where a drag that goes the way of the load is likelier.
     """
     wanted = [effect for effect in PROFILES if effect in named]
     ways = [partial(as_profile, engine, fit, effect) for effect in wanted]
@@ -52,15 +58,30 @@ def profile_cause(engine: Engine, fit: Fit, named: set[str]) -> Cause | None:
     tried = engine.each(lambda way: way(), ways)
     course = tried.pop() if LOAD in named else None
     every = sorted((c for c in tried if c), key=lambda c: -c.gain)
-    if course and not is_stated(engine, course):
+    outdone: set[str] = set()
+    if course and beyond_drag(course) < -ENOUGH:
+        outdone = {LOAD}
+        every = [c for c in every if c.effect != LOAD]
+    if course and beyond_drag(course) >= ENOUGH and not is_stated(engine, course):
         nats = engine.each(partial(with_its_noise, engine, fit), every)
         rival = max(nats, default=0.0)
         if course.gain * course.sharpened > rival:
-            return replace(course, rival=max(course.rival, rival))
+            return replace(course, rival=max(course.rival, rival)), outdone
     found = [c for c in every if c.sharpened == 1] or every
     if not found:
-        return None
-    return replace(found[0], rival=max((c.gain for c in found[1:]), default=0.0))
+        return None, outdone
+    best = replace(found[0], rival=max((c.gain for c in found[1:]), default=0.0))
+    return best, outdone
+
+
+def beyond_drag(course: Cause) -> float:
+    """Nats by which a load is likelier than a drag of the same course.
+
+    Of 112 drives of the blind plant and the reference set without a cause none has 18
+    more, as a load must gain; of 76 with something of no library one has, beside a
+    remainder that is real. Of 29 with a load it is 60 or more in all whose load shows.
+    """
+    return course.gain * course.sharpened - course.rival
 
 
 def with_its_noise(engine: Engine, fit: Fit, cause: Cause) -> float:

@@ -29,7 +29,7 @@ def drive(seconds, slope_of):
 def cause_of(problem):
     engine = Engine([problem])
     fit = descent.fit(engine, {}, nuisance_knobs([problem]))
-    return profile_cause(engine, fit, {"road_grade"})
+    return profile_cause(engine, fit, {"road_grade"})[0]
 
 
 @pytest.mark.slow
