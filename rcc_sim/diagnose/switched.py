@@ -73,9 +73,11 @@ class Course(NamedTuple):
     cost: float
 
 
-def beside_noise(engine: Engine, fit: Fit) -> Cause | None:
+def beside_noise(engine: Engine, fit: Fit, *, hidden: bool) -> Cause | None:
     """Return how a load may have switched or grown, if what is left of a fit asks.
 
+    ``hidden``: no slower profile shows, so that pulses may be all that there is. Beside
+    one, what is left holds the model's own errors, which come in pulses as well.
     Its ``gain`` is by the noise of the fit, as any other's; ``sharpened`` is how much
     more it is together with the noise that it leaves, ``rival`` the nats of a drag of
     the same course, likewise.
@@ -88,7 +90,7 @@ def beside_noise(engine: Engine, fit: Fit) -> Cause | None:
     courses: dict[int, Course] = {}
     for i, problem in enumerate(engine.problems):
         x = problem.coordinate(along)
-        tried = courses_of(probe, i, x) if probe.shows_in(i) else []
+        tried = courses_of(probe, i, x, hidden) if probe.shows_in(i) else []
         best = max(tried, key=lambda course: course.profile.evidence, default=None)
         if best and best.profile.evidence > ENOUGH:
             found[i], courses[i] = best.profile, best
@@ -119,10 +121,10 @@ def beside_noise(engine: Engine, fit: Fit) -> Cause | None:
     )
 
 
-def courses_of(probe: Probe, log: int, x: Array) -> list[Course]:
+def courses_of(probe: Probe, log: int, x: Array, hidden: bool) -> list[Course]:
     """Return how a load may have gone over x, by levels and by a few knots."""
     probe.without(log)  # which is what each is held against
-    ways = stepped(probe, log, x)
+    ways = stepped(probe, log, x, hidden)
     ways += [partial(slow, probe, log, x, n) for n in SLOW]
     return probe.engine.each(lambda way: way(), ways)
 
@@ -152,8 +154,13 @@ def slow(probe: Probe, log: int, x: Array, count: int) -> Course:
     return course_of(probe, probe.beside_noise(log, H, shape), knots, H, shape)
 
 
-def stepped(probe: Probe, log: int, x: Array) -> list[Callable[[], Course]]:
-    """Return what makes the likeliest levels over x for each of the ``PENALTIES``."""
+def stepped(
+    probe: Probe, log: int, x: Array, hidden: bool
+) -> list[Callable[[], Course]]:
+    """Return what makes the likeliest levels over x for each of the ``PENALTIES``.
+
+    Those of a ``hidden`` load also by the noise that a first search leaves.
+    """
     each, by_row = probe.per_row(log)
     count = min(len(x), BLOCKS)
     block = np.arange(len(x)) * count // len(x)
@@ -161,11 +168,12 @@ def stepped(probe: Probe, log: int, x: Array) -> list[Callable[[], Course]]:
     value = np.bincount(block, by_row * each, count) / np.maximum(told, 1e-300)
     least = max(ceil(SHORTEST * count / (x[-1] - x[0])), 2)
     found: list[Callable[[], Course]] = []
-    sharper = told * sharpened(value, told, segments(value, told, least, FIRST))
+    weights = [told]
+    if hidden:
+        first = segments(value, told, least, FIRST)
+        weights.append(told * sharpened(value, told, first))
     for edges in dict.fromkeys(
-        segments(value, weight, least, nats)
-        for weight in (told, sharper)
-        for nats in PENALTIES
+        segments(value, weight, least, nats) for weight in weights for nats in PENALTIES
     ):
         k = len(edges) - 1
         if not 2 <= k <= MOST:

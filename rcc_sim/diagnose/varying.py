@@ -52,12 +52,12 @@ def profile_cause(
     No load at all, where a drag that goes the way of the load is likelier.
     """
     wanted = [effect for effect in PROFILES if effect in named]
-    ways = [partial(as_profile, engine, fit, effect) for effect in wanted]
-    if LOAD in named:
-        ways.append(partial(beside_noise, engine, held(fit, PROFILES[LOAD][0])))
-    tried = engine.each(lambda way: way(), ways)
-    course = tried.pop() if LOAD in named else None
+    tried = engine.each(lambda effect: as_profile(engine, fit, effect), wanted)
     every = sorted((c for c in tried if c), key=lambda c: -c.gain)
+    course = None
+    if LOAD in named:
+        hidden = all(c.effect != LOAD for c in every)
+        course = beside_noise(engine, held(fit, PROFILES[LOAD][0]), hidden=hidden)
     outdone: set[str] = set()
     if course and beyond_drag(course) < -ENOUGH:
         outdone = {LOAD}

@@ -29,7 +29,7 @@ def found(monkeypatch):
             varying, "as_profile", lambda e, f, name: profile(name, smooth[name])
         )
         course = profile("auxiliary_load", 10.0, sharpened=load / 10, rival=drag)
-        monkeypatch.setattr(varying, "beside_noise", lambda e, f: course)
+        monkeypatch.setattr(varying, "beside_noise", lambda e, f, hidden: course)
         monkeypatch.setattr(varying, "is_stated", lambda e, c: False)
         monkeypatch.setattr(varying, "with_its_noise", lambda e, f, c: 100.0)
         return varying.profile_cause(ENGINE, FIT, NAMED)
