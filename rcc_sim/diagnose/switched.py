@@ -37,7 +37,6 @@ PENALTIES = (10.0, 40.0, 160.0)
 """Nats that a change must gain by a noise that remembers nothing; the most of them by
 one that does, is found by trying."""
 
-
 FIRST = 3.0
 """Nats that a change must gain by the noise that the load is still in."""
 
@@ -46,7 +45,6 @@ NORMAL = 0.455
 
 LEAST = 1.0
 """Nats that a load is said to gain at least by a noise that takes it for its own."""
-
 
 SLOW = (5, 10)
 """Knots of a course that changes slowly."""

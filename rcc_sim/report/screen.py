@@ -186,15 +186,15 @@ def _cause(a: Asserted) -> str:
 def _each(found: Diagnosis, a: Asserted) -> Iterator[str]:
     """Yield a line for each figure that has a mean of its own in each log."""
     for name, x in a.figures.items():
-        pairs = list(zip(found.gaps, x.each, strict=False))
-        told = (
+        if not x.each:
+            continue
+        told = [
             f"{short(gap.log)} {figures(e.value, 4)} ({figures(e.low, 4)} to "
             f"{figures(e.high, 4)})"
-            for gap, e in pairs[:SHOWN]
-        )
-        if pairs:
-            more = f", and {len(pairs) - SHOWN} logs more" * (len(pairs) > SHOWN)
-            yield f"mean {name} by log: {', '.join(told)}{more}"
+            for gap, e in zip(found.gaps, x.each, strict=True)
+        ]
+        more = f", and {len(told) - SHOWN} logs more" * (len(told) > SHOWN)
+        yield f"mean {name} by log: {', '.join(told[:SHOWN])}{more}"
 
 
 def _ends(x: Estimate) -> str:
