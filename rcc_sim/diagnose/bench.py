@@ -247,7 +247,7 @@ class Bench:
         parts = [np.ones(len(x)), log.speed**2, local_range(x) ** 2]
         scale = np.sqrt(self.scales[k] @ np.stack(parts))
         every = np.ones(len(x), bool)  # logs of two hypotheses judge other rows
-        return replace(self.noise[k], scale=scale, valid=every, turned=None)
+        return replace(self.noise[k], scale=scale, valid=every, drift=None)
 
     def seen(
         self, run: Run, logs: Sequence[Seen], values: dict[str, float]

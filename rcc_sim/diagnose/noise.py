@@ -13,7 +13,13 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.diagnose.noise_kernel import FREEDOM, learn, whiten
+from rcc_sim.diagnose.noise_kernel import (
+    FREEDOM,
+    follow_drift,
+    learn,
+    leave_drift,
+    whiten,
+)
 from rcc_sim.jit import compiled
 
 Array = NDArray[np.float64]
@@ -58,22 +64,42 @@ def lag_edges(rate: float, memory: float, rows: int) -> list[int]:
 
 @dataclass(frozen=True)
 class Whitener:
-    """Turns one channel's residual into white noise of unit variance."""
+    """Turns one channel's residual into white noise of unit variance.
+
+    Parameters
+    ----------
+    scale : ndarray, shape (n,)
+        How the noise of a row compares with that of others; of its innovation, where
+        a drift is followed.
+    memory : ndarray
+        Weights of the means of blocks of past rows, which foresee the next.
+    edges : list of int
+        Edges of those blocks. [rows]
+    sigma : float
+        Size of the noise where the scale is 1.
+    valid : ndarray of bool, shape (n,)
+        Rows that count.
+    drift : tuple of ndarray or None
+        Of each row that counts, the share of its innovation that a drift takes on and
+        what is left of it at the next (``follow_drift``); None where nothing drifts.
+    """
 
     scale: Array
     memory: Array
     edges: list[int]
     sigma: float
     valid: Mask
-    turned: Array | None = None
+    drift: tuple[Array, Array] | None = None
 
     def __call__(self, e: Array) -> Array:
         """Return residuals (n,) or signals (n, k), whitened, invalid rows dropped."""
-        if self.turned is not None:
-            return self.turned @ np.where(np.isfinite(e[self.valid]), e[self.valid], 0)
         wide = np.require(np.atleast_2d(e.T), float, ["C", "W"])
         w = np.empty((len(wide), self._count))
-        compiled(whiten)(wide, self._unit, self.valid, *self._ends, w)
+        if self.drift is not None:
+            rows = np.flatnonzero(self.valid)
+            compiled(leave_drift)(wide, rows, self._unit[rows], *self.drift, w)
+        else:
+            compiled(whiten)(wide, self._unit, self.valid, *self._ends, w)
         return w.T if e.ndim > 1 else w[0]
 
     @cached_property
@@ -167,20 +193,17 @@ def drifting(e: Array, scale: Array, valid: Mask) -> Whitener:
     The drift's size and time are the likeliest for the residuals e, of which each has
     the standard deviation ``scale`` beside it.
     """
-    rows = np.flatnonzero(valid)
-    z, each = e[rows], scale[rows] ** 2
-    near = np.abs(rows[:, None] - rows[None, :])
-    best = (-inf, np.diag(np.sqrt(each)))
+    rows, each = np.flatnonzero(valid), scale**2
+    usual = float(np.median(each[rows]))
+    sd, gain, fade = np.empty((3, len(rows)))
+    w, own, best = np.empty((1, len(rows))), np.ones(len(e)), -inf
+    drift = np.zeros(len(rows)), np.zeros(len(rows))
     for time in DRIFTS:
-        shape = np.exp(-near / time)
         for size in DRIFT_SIZES:
-            K = np.diag(each) + size**2 * float(np.median(each)) * shape
-            L = np.linalg.cholesky(K)
-            w: Array = np.asarray(np.linalg.solve(L, z))
-            value = float(log_density(w).sum()) - float(np.log(np.diag(L)).sum())
-            if value > best[0]:
-                best = (value, L)
-    L = best[1]
-    own = np.ones(len(e))
-    own[rows] = np.diag(L)
-    return Whitener(own, np.zeros(0), [0], 1.0, valid, np.linalg.inv(L))
+            how = time, size**2 * usual
+            compiled(follow_drift)(each, rows, *how, sd, gain, fade)
+            compiled(leave_drift)(e[None], rows, sd, gain, fade, w)
+            value = float(log_density(w).sum()) - float(np.log(sd).sum())
+            if value > best:
+                best, drift, own[rows] = value, (gain.copy(), fade.copy()), sd
+    return Whitener(own, np.zeros(0), [0], 1.0, valid, drift)

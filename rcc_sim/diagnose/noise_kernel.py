@@ -2,7 +2,13 @@
 
 A residual's variance is a non-negative sum of shares of what it may grow with; what the
 means of blocks of past rows foresee of it is its memory. Both are the likeliest for a
-t-distribution, by turns.
+t-distribution, by turns. Rows that a sensor's slow drift alone binds together are
+followed by a Kalman filter, whose innovations know nothing of each other. [1]_
+
+References
+----------
+.. [1] B. D. O. Anderson and J. B. Moore, *Optimal Filtering* (Prentice-Hall, 1979),
+   ch. 5.
 """
 
 import math
@@ -43,6 +49,38 @@ def whiten(e, unit, valid, edges, weight, w):
             if valid[i]:
                 w[j, k] = z[i]
                 k += 1
+
+
+@jit
+def follow_drift(each, rows, time, variance, sd, gain, fade):
+    """Write how a drift is followed that dies away in so many rows.
+
+    ``each`` (n,) are the variances of the rows beside it. Written are, for each of the
+    rows that count, the standard deviation of its innovation, the share of that which
+    the drift takes on, and what is left of the drift at the next.
+    """
+    unsure = variance
+    for k in range(len(rows)):
+        square = unsure + each[rows[k]]
+        sd[k], gain[k], fade[k] = math.sqrt(square), unsure / square, 0.0
+        if k + 1 < len(rows):
+            fade[k] = math.exp((rows[k] - rows[k + 1]) / time)
+        unsure = variance + fade[k] ** 2 * (unsure * (1.0 - gain[k]) - variance)
+
+
+@jit
+def leave_drift(e, rows, sd, gain, fade, w):
+    """Write to w[j, k] the innovation of e[j, rows[k]], in its standard deviations.
+
+    A row that is not finite counts as 0.
+    """
+    for j in range(e.shape[0]):
+        drift = 0.0
+        for k in range(len(rows)):
+            z = e[j, rows[k]]
+            new = (z if math.isfinite(z) else 0.0) - drift
+            w[j, k] = new / sd[k]
+            drift = fade[k] * (drift + gain[k] * new)
 
 
 @jit

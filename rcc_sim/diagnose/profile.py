@@ -186,7 +186,7 @@ class Probe:
         H = windows(x, knots)
         noise = [self.fit.noise[i] for i in tracks]
         found = self._weighed(tracks, H, noise, self._left(tracks))
-        drifts = self.key not in DRIFTS and any(w.turned is not None for w in noise)
+        drifts = self.key not in DRIFTS and any(w.drift is not None for w in noise)
         if drifts:
             found = self._relearnt(tracks, H, found)
         return Profile(

@@ -80,7 +80,7 @@ def beside_noise(engine: Engine, fit: Fit, *, hidden: bool) -> Cause | None:
     more it is together with the noise that it leaves, ``rival`` the nats of a drag of
     the same course, likewise.
     """
-    if any(w.turned is not None for w in fit.noise):
+    if any(w.drift is not None for w in fit.noise):
         return None
     key, along = PROFILES[LOAD]
     probe = Probe(engine, fit, key, probe_size(engine, key))

@@ -80,3 +80,20 @@ def test_machine_code_and_plain_python_give_the_same():
         size = run(e, rows, X, edges, share, memory, scale)
         found.append(np.concatenate([[size], share, memory, scale]))
     np.testing.assert_allclose(found[0], found[1], rtol=1e-12)
+
+
+def test_a_drift_is_followed_as_the_whole_covariance_would_have_it():
+    n = 600
+    rows = np.flatnonzero(RNG.random(n) < 0.3)
+    each, time, variance = RNG.uniform(0.3, 2.0, n), 20.0, 1.7
+    near = np.abs(rows[:, None] - rows[None, :])
+    K = np.diag(each[rows]) + variance * np.exp(-near / time)
+    L = np.linalg.cholesky(K)
+    sd, gain, fade = np.empty((3, len(rows)))
+    compiled(kernel.follow_drift)(each, rows, time, variance, sd, gain, fade)
+    np.testing.assert_allclose(sd, np.diag(L), rtol=1e-10)
+    e, w = RNG.normal(size=(3, n)), np.empty((3, len(rows)))
+    e[1, rows[4]] = np.nan  # counts as nothing
+    compiled(kernel.leave_drift)(e, rows, sd, gain, fade, w)
+    seen = np.nan_to_num(e[:, rows])
+    np.testing.assert_allclose(w, np.linalg.solve(L, seen.T).T, atol=1e-10)
