@@ -11,7 +11,12 @@ from numpy.typing import NDArray
 
 from rcc_sim.analyse.charge import charge_of
 from rcc_sim.analyse.gap_alarm import alarm_limit, strongest_first
-from rcc_sim.analyse.gap_channels import ChannelGap, channel_gap, noise_of
+from rcc_sim.analyse.gap_channels import (
+    ChannelGap,
+    channel_gap,
+    noise_of,
+    refuse_other_drives,
+)
 from rcc_sim.analyse.gap_energy import EnergyGap, share_uncertainty
 from rcc_sim.analyse.gap_power import (
     POWERS,
@@ -128,10 +133,12 @@ def gap(
     Raises
     ------
     InputError
-        If nothing drives the model, or it predicts nothing that the log holds.
+        If nothing drives the model, or it predicts nothing that the log holds; if a
+        repeat is of another drive.
     """
     log = logged.log
     _refuse_unusable(logged, vehicle)
+    refuse_other_drives(log, repeats)
     drive = drive_as_sampled(log, vehicle, window)
     charge = charge_of(log, vehicle) if drive.imposed else None
     if charge is not None:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from rcc_sim.analyse.iso18571 import rating
 from rcc_sim.definitions.vehicle import Vehicle
+from rcc_sim.errors import InputError
 from rcc_sim.simulate.smooth import sensor_noise
 from rcc_sim.trace import Trace
 
@@ -27,6 +28,13 @@ CALM = 20
 
 FEWEST = 20
 """Points without which it has none."""
+
+ALIKE = 0.8
+"""Correlation of their speeds at equal times below which two logs are not of the same
+drive: half a second apart, two runs of a city cycle have 0.97 or more."""
+
+ALIKE_BY = ("speed_ref_mps", "throttle", "speed_mps")
+"""Columns that tell whether two drives are the same; the first that both have."""
 
 RATED = 800
 """Points that a channel is thinned to for its ISO score."""
@@ -183,17 +191,51 @@ def wander(residual: Array, memory: int) -> float:
     return size
 
 
+def refuse_other_drives(log: Trace, repeats: Sequence[Trace]) -> None:
+    """Raise if a log that is to repeat another is of another drive.
+
+    What it was asked tells, else how fast it went.
+
+    Raises
+    ------
+    InputError
+        Naming the repeat and how little it is alike.
+    """
+    for other in repeats:
+        shared = [n for n in ALIKE_BY if n in log and n in other]
+        for name in shared[:1]:
+            there = _at_equal_times(name, log, other)
+            both = np.isfinite(log[name]) & np.isfinite(there)
+            a, b = log[name][both], there[both]
+            if both.sum() <= FEWEST or not (np.ptp(a) > 0 and np.ptp(b) > 0):
+                continue
+            alike = float(np.corrcoef(a, b)[0, 1])
+            if alike < ALIKE:
+                raise InputError(
+                    f"--repeats: {other.name}: {name}: not the drive of {log.name}: "
+                    f"at equal times from their starts they correlate by {alike:.2f}",
+                    "a repeat is the same drive again; another drive may be judged "
+                    "with --holdout",
+                )
+
+
 def _repeated(name: str, log: Trace, repeats: Sequence[Trace]) -> float | None:
     """Return the sd of a channel between repeats, at equal times from their starts."""
-    time = log["time_s"] - log["time_s"][0]
     squares = []
     for other in repeats:
         if name not in other:
             continue
-        known = np.isfinite(other[name])
-        clock = (other["time_s"] - other["time_s"][0])[known]
-        there = np.interp(time, clock, other[name][known], left=np.nan, right=np.nan)
-        difference = (log[name] - there)[np.isfinite(log[name] - there)]
+        difference = log[name] - _at_equal_times(name, log, other)
+        difference = difference[np.isfinite(difference)]
         if len(difference) > 10:
             squares.append(float(np.var(difference)) / 2)
     return float(np.sqrt(np.mean(squares))) if squares else None
+
+
+def _at_equal_times(name: str, log: Trace, other: Trace) -> Array:
+    """Return a channel of another log at a log's rows; NaN where it has ended."""
+    known = np.isfinite(other[name])
+    clock = (other["time_s"] - other["time_s"][0])[known]
+    time = log["time_s"] - log["time_s"][0]
+    there: Array = np.interp(time, clock, other[name][known], left=np.nan, right=np.nan)
+    return there

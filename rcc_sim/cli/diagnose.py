@@ -148,7 +148,7 @@ def diagnose(
         what = f"--text and --{'json' if json else 'csv'}: one of them"
         raise InputError(what, "what --html writes is for people, too")
     logs = logs or []
-    once([*logs, *(holdout or [])])
+    once([*logs, *(holdout or []), *(repeats or [])])
     keep(
         [*logs, *(holdout or []), *(repeats or []), vehicle],
         {
@@ -242,6 +242,8 @@ def _write(
             a.cause.effect for a in found.asserted
         }:
             say("note: tyres.radius_m moved; wheel_radius.scale holds it")
+        for key, sds in found.elsewhere.items():
+            say(f"note: {key} is {sds:.0f} sds off what was stated; {vehicle} holds it")
         if "auxiliary_load" in varying(found):
             over = found.gap.log if len(found.gaps) == 1 else "all logs"
             say(f"note: auxiliary_load varies; {vehicle} holds its mean over {over}")

@@ -27,6 +27,7 @@ from rcc_sim.cli.logs import (
     Reader,
     Repeats,
     keep,
+    once,
     tell_notes,
     write_page,
 )
@@ -88,6 +89,7 @@ def gap(
         return
     log = one_log(asked)
     read = [log, vehicle, *(repeats or [])]
+    once([log, *(repeats or [])])
     keep(read, {"--plot": plot, "--html": html, "--output": output})
     found = _found(log, vehicle, hide or [], repeats or [], reader, map_)
     if plot is not None:

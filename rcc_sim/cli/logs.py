@@ -57,8 +57,19 @@ Html = Annotated[
 ]
 
 
+ENDINGS = {
+    "--html": (".html", ".htm"),
+    "--write-vehicle": (".toml",),
+    "--profiles": (".csv",),
+    "--next-run": (".csv", ".mcap"),
+}
+"""How the name of what an option writes ends; of others their writers tell."""
+
+
 def keep(read: Iterable[str | None], written: Mapping[str, Path | None]) -> None:
     """Raise if a file that is read would be overwritten, or none can be written.
+
+    Or if its name promises another kind of file than it will hold.
 
     Before the work, not after it.
 
@@ -85,6 +96,9 @@ def keep(read: Iterable[str | None], written: Mapping[str, Path | None]) -> None
             )
         if path.is_dir():
             raise InputError(f"{option}: {path}: is a folder", "name a file in it")
+        ends = ENDINGS.get(option, ())
+        if ends and path.suffix.lower() not in ends:
+            raise InputError(f"{option}: {path}: should end in {' or '.join(ends)}")
         if not path.parent.is_dir():
             raise InputError(
                 f"{option}: {path}: there is no folder {path.parent}", "make it first"

@@ -47,7 +47,9 @@ WITHIN = 5.0
 """Factor within which a stated figure of the car itself lies: what asks for more is not
 that figure."""
 
-MEASURED = {"N", "N m", "N m s/rad", "kg m²", "m²", "Ω", "1"}
+MEASURED = frozenset(
+    ("N", "N s/m", "N s²/m²", "N m", "N m s/rad", "kg m²", "m²", "Ω", "1")
+)
 """Units of such figures; a load, in W or kg, may be any times what was stated."""
 
 
@@ -271,7 +273,8 @@ def search_of(problem: Problem, effect: Effect, param: Param) -> Search:
     small = problem.small.get(unit_of(param.name))
     least = 0.0
     if stated and neutral and not grid and unit_of(param.name) in MEASURED:
-        low, high = max(low, neutral / WITHIN), min(high, neutral * WITHIN)
+        ends = sorted((neutral / WITHIN, neutral * WITHIN))
+        low, high = max(low, ends[0]), min(high, ends[1])
     if param.neutral == inf:
         first = b
     elif a < 0:

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
-from math import inf
+from math import hypot, inf
 from typing import Any
 
 import numpy as np
 
 from rcc_sim.analyse.gap import Gap, gap
+from rcc_sim.analyse.gap_energy import COVERAGE
 from rcc_sim.analyse.gap_report import where
 from rcc_sim.analyse.logged import Logged
 from rcc_sim.analyse.offsets import OFFSETS
@@ -33,6 +34,7 @@ from rcc_sim.diagnose.sums import with_all_figures
 from rcc_sim.diagnose.switched import LOAD
 from rcc_sim.diagnose.ties import settled
 from rcc_sim.diagnose.verdict import (
+    ANOTHER_VEHICLE,
     DOUBTLESS,
     INTERVAL,
     Asserted,
@@ -221,7 +223,21 @@ class Diagnosis:
         """Return a figure that the logs moved; its interval ends where it must."""
         value = self.fit.values[knob.key]
         low, high = max(value - Z_90 * sd, knob.low), min(value + Z_90 * sd, knob.high)
-        return Figure(value, sd, low, high, self.source)
+        return Figure(value, sd, low, high, self._source_of(knob.key))
+
+    def _source_of(self, key: str) -> str:
+        """Return where a figure comes from, and what the file stated before."""
+        before = self.vehicle.figures().get(key)
+        if before is None:
+            return self.source
+        told = f": {before.source}" if before.source else ""
+        return f"{self.source}; stated {before.value:g}{told}"
+
+    @property
+    def elsewhere(self) -> dict[str, float]:
+        """Stated figures so many sds off that they are those of another vehicle."""
+        pulls = moved(self.fit, self.vehicle.figures())
+        return {k: abs(x) for k, x in pulls.items() if abs(x) > ANOTHER_VEHICLE}
 
     @property
     def source(self) -> str:
@@ -344,6 +360,7 @@ def diagnose(
         before,
         after,
         doubtless=doubtless,
+        noise=noise_of(gaps),
         large=large,
         explained=shrink.explained,
         ends=ends,
@@ -360,6 +377,13 @@ def diagnose(
 def farthest_off(gaps: Sequence[Gap]) -> int:
     """Return the log whose energy is farthest off; the first where none is known."""
     return int(np.argmax([abs(g.energy.gap_wh or 0.0) for g in gaps]))
+
+
+def noise_of(gaps: Sequence[Gap]) -> float:
+    """Return how far noise and a rough road may put the energy of logs, in percent."""
+    measured = abs(sum(g.energy.measured_wh or 0.0 for g in gaps))
+    noise = COVERAGE * hypot(*(g.energy.noise_wh for g in gaps))
+    return 100 * noise / measured if measured else inf
 
 
 def refuse_short(log: Trace) -> None:

@@ -152,6 +152,7 @@ def status_of(
     after: float | None = None,
     *,
     doubtless: bool = True,
+    noise: float = inf,
     large: bool = False,
     explained: float = 1.0,
     ends: bool = False,
@@ -160,11 +161,12 @@ def status_of(
     """Return the status: no_gap, explained, partly_explained or unexplained.
 
     ``before`` and ``after`` are the energy gap [%] on rows that no fit saw. What does
-    not shrink there, if it is ``doubtless``, is not explained, nor what grows; nor is
-    what does not shrink row by row (``explained``, a share), nor by a cause that
-    ``ends`` where its search does, nor where a stated figure is ``farthest`` off by as
-    many sds as that of another vehicle. A gap is ``large`` if it is one whatever the
-    rows say; what no tolerance takes is one as well.
+    not shrink there, if it is ``doubtless`` or stays beyond ``noise`` [%], is not
+    explained, nor what grows; nor is what does not shrink row by row (``explained``, a
+    share), nor by a cause that ``ends`` where its search does, nor where a stated
+    figure is ``farthest`` off by as many sds as that of another vehicle. A gap is
+    ``large`` if it is one whatever the rows say; what no tolerance takes is one as
+    well.
     """
     if not causes:
         real = left.is_real or large or farthest > TOLERATED
@@ -173,7 +175,8 @@ def status_of(
     stays |= farthest > ANOTHER_VEHICLE
     if before is not None and after is not None:
         stays |= abs(after) > abs(before) + NO_ENERGY
-        stays |= doubtless and abs(after) > max(SHRUNK * abs(before), NO_ENERGY)
+        asked = doubtless or abs(after) > noise
+        stays |= asked and abs(after) > max(SHRUNK * abs(before), NO_ENERGY)
     return "partly_explained" if stays else "explained"
 
 
@@ -309,13 +312,15 @@ def ranking(
     beyond |= {"unknown": left.evidence - left.enough, "none": 0.0}
     if status == "unexplained":
         beyond["unknown"] = max(beyond["unknown"], ENOUGH)
-    likeliest = max(beyond.values())
-    weights = {e: exp((x - likeliest) / SOFT) for e, x in beyond.items()}
-    others = sum(w for e, w in weights.items() if e not in sure) or inf
+    likeliest = max(x for e, x in beyond.items() if e not in sure)
+    weights = {
+        e: exp((x - likeliest) / SOFT) for e, x in beyond.items() if e not in sure
+    }
+    others = sum(weights.values())
     rows: list[dict[str, float | str]] = []
-    for effect, weight in weights.items():
+    for effect in beyond:
         gain = gains.get(effect, left.evidence if effect == "unknown" else 0.0)
-        chance = sure.get(effect, rest * weight / others)
+        chance = sure.get(effect, rest * weights.get(effect, 0.0) / others)
         share = min(max(gain, 0.0) / most, 1.0)
         rows.append({"effect": effect, "probability": chance, "explains": share})
     return sorted(rows, key=lambda r: (-float(r["probability"]), -float(r["explains"])))

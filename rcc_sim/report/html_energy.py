@@ -26,8 +26,9 @@ def waterfall(report: Report) -> Markup:
     if measured is None or simulated is None:
         return Markup("")
     some = SMALL * max(abs(measured), abs(simulated))
-    steps = [(name, wh) for name, wh in cause_steps(report) if abs(wh) > some]
-    rest = measured - simulated - sum(wh for _, wh in steps)
+    every = cause_steps(report)
+    rest = measured - simulated - sum(wh for _, wh in every)
+    steps = [(name, wh) for name, wh in every if abs(wh) > some]
     word = "unexplained" if steps else "the gap"
     if steps or abs(rest) > some:
         steps.append((word, rest))

@@ -9,9 +9,11 @@ from math import exp
 
 import numpy as np
 
+from rcc_sim.analyse.gap import Gap
 from rcc_sim.analyse.gap_energy import COVERAGE, logged_power
 from rcc_sim.analyse.gap_regimes import moving_mean
 from rcc_sim.diagnose.experiment import Experiment
+from rcc_sim.diagnose.refine import TIED
 from rcc_sim.diagnose.run import Diagnosis
 from rcc_sim.diagnose.verdict import Asserted, Estimate, moved
 from rcc_sim.report.channels import way_of
@@ -77,7 +79,7 @@ def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
     if regimes:
         told = (f"{r.regime.replace('_', ' ')} {_wh(r.gap_wh)}" for r in regimes)
         yield "WHERE", of_one + ", ".join(told)
-    yield "VERDICT", WORDS[found.status].replace("no gap", _no_gap(found))
+    yield "VERDICT", _verdict(found)
     for a in found.asserted:
         yield "CAUSE", _cause(a)
         yield from (("", text) for text in _each(found, a))
@@ -124,7 +126,9 @@ def _promise(run: Experiment) -> str:
     nats = f"{max(each):.0f} nats"
     if len(each) > 1:
         nats = f"{min(each):.0f} to {max(each):.0f} nats a pair"
-    return f"parts {', '.join(run.separates)}, {nats}"
+    alike = [f"{p.a} and {p.b}" for p in run.expected_nats.pairs if p.nats < TIED]
+    but = f", but not {'; '.join(alike)}" if 0 < len(alike) < len(each) else ""
+    return f"parts {', '.join(run.separates)}{but}, {nats}"
 
 
 def _no_gap(found: Diagnosis) -> str:
@@ -140,12 +144,29 @@ def _gap(found: Diagnosis) -> Iterator[tuple[str, str]]:
         if e.gap_wh is not None and e.gap_percent is not None:
             place = "battery" if e.at == "battery" else "shaft"
             text += (
-                f": {place} energy {_tenths(e.gap_percent)} % ({_wh(e.gap_wh)} of "
-                f"{e.measured_wh:.4g}), u_val {figures(e.u_val, 2)} Wh"
+                f": {place} energy {_rounded(e.gap_percent, 1)} % ({_wh(e.gap_wh)} of "
+                f"{e.measured_wh:.4g}), {_within(gap)}"
             )
         yield "GAP", text
     if len(found.gaps) > SHOWN:
         yield "", f"and {len(found.gaps) - SHOWN} logs more"
+
+
+def _within(gap: Gap) -> str:
+    """Return an energy gap's doubt, and whether it is more than that."""
+    e = gap.energy
+    told = f"u_val {figures(e.u_val, 2)} Wh"
+    if e.within is None:
+        return told
+    return f"{told}: {'within' if e.within else 'beyond'} {COVERAGE:g} of them"
+
+
+def _verdict(found: Diagnosis) -> str:
+    """Return the status, and why there is a cause where the energy asks for none."""
+    told = WORDS[found.status].replace("no gap", _no_gap(found))
+    if found.asserted and all(g.energy.within for g in found.gaps):
+        told += "; by its energy alone tolerances would do, row by row they do not"
+    return told
 
 
 def _bars(found: Diagnosis, room: int) -> tuple[str, str] | None:
@@ -223,7 +244,8 @@ def _proof(found: Diagnosis) -> Iterator[tuple[str, str]]:
     if before is not None and after is not None:
         how = ", by the torque measured," if found.by_torque else ""
         energy = (
-            f"; energy gap there{how} {_tenths(before)} % before, {after:+.2f} % after"
+            f"; energy gap there{how} {_rounded(before, 1)} % before, "
+            f"{_rounded(after, 2)} % after"
         )
     yield (
         "PROOF",
@@ -267,13 +289,13 @@ def _moved(found: Diagnosis) -> Iterator[tuple[str, str]]:
     """Stated figures that the logs moved farthest, in their sds."""
     pulls = moved(found.fit, found.vehicle.figures())
     if pulls:
-        told = (f"{key} {x:+.1f} sd" for key, x in list(pulls.items())[:SHOWN])
+        told = (f"{key} {_rounded(x, 1)} sd" for key, x in list(pulls.items())[:SHOWN])
         yield "MOVED", "; ".join(filter(None, (", ".join(told), doubt_of(pulls))))
 
 
-def _tenths(x: float) -> str:
+def _rounded(x: float, places: int) -> str:
     """Return a figure with its sign, but no minus before nil."""
-    return f"{round(x, 1) + 0.0:+.1f}"
+    return f"{round(x, places) + 0.0:+.{places}f}".replace("-", "−")
 
 
 def _wh(energy: float | None) -> str:

@@ -267,6 +267,16 @@ def test_repeats_tell_the_noise_of_a_channel():
     assert channels["yaw_rate_radps"].noise == pytest.approx(0.05, rel=0.05)
 
 
+def test_a_repeat_of_another_drive_is_refused():
+    log = small_log(car(LOSSES))
+    columns = dict(log.columns)
+    for name in columns.keys() - {"time_s"}:
+        columns[name] = np.roll(columns[name], len(log) // 3)
+    other = Trace(columns, name="other.csv")
+    with pytest.raises(InputError, match=r"--repeats: other.csv: speed.*: not the dr"):
+        gap(logged(log), car(LOSSES), repeats=[other])
+
+
 def test_without_repeats_the_noise_is_guessed_from_the_log_and_called_so():
     rng = np.random.default_rng(4)
     log = small_log(car(LOSSES))

@@ -204,6 +204,42 @@ def test_a_place_that_jumps_for_good_is_reported():
     assert finding.start_s == pytest.approx(log["time_s"][len(log) // 2])
 
 
+def climbing(lost):
+    """Heights of a hilly road in whole metres, as a receiver tells them, some lost."""
+    log = logged(*TRUCK)
+    time = log["time_s"]
+    way = np.concatenate([[0], np.cumsum(log["speed_mps"][1:] * np.diff(time))])
+    height = 80 + 30 * np.sin(way / 400)
+    return Trace({**log.columns, "elevation_m": np.round(lost(height))}, name="hills")
+
+
+def test_a_height_that_leaps_there_and_back_is_masked():
+    def lose(x):
+        x[300:340] = -111.0
+        return x
+
+    assert not [f for f in check_log(climbing(lambda x: x)).findings
+                if f.kind == "height_leap"]  # fmt: skip
+    checked = check_log(climbing(lose))
+    (finding,) = found(checked, "height_leap", "elevation_m")
+    assert finding.severity == "warning"
+    assert finding.action.startswith("40 rows")
+    assert not found(checked, "missing", "elevation_m")
+    lost = np.isnan(checked.trace["elevation_m"])
+    np.testing.assert_array_equal(np.flatnonzero(lost), np.arange(300, 340))
+
+
+def test_a_height_that_leaps_for_good_is_said_and_left():
+    def step(x):
+        x[len(x) // 2 :] += 200.0
+        return x
+
+    checked = check_log(climbing(step))
+    (finding,) = found(checked, "height_leap", "elevation_m")
+    assert "not mended" in finding.action
+    assert np.isfinite(checked.trace["elevation_m"]).all()
+
+
 def test_missing_values_stay_missing_and_are_reported():
     def lose(x):
         x[300:700] = np.nan

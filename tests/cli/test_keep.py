@@ -32,6 +32,22 @@ def test_what_cannot_be_written_is_refused_before_the_work(tmp_path):
     keep([], {"--output": tmp_path / "a.csv"})
 
 
+@pytest.mark.parametrize(
+    ("option", "bad", "good"),
+    [
+        ("--html", "-", "a.html"),
+        ("--html", "a.pdf", "a.htm"),
+        ("--write-vehicle", "m.txt", "m.toml"),
+        ("--next-run", "n.txt", "n.mcap"),
+        ("--profiles", "p", "p.csv"),
+    ],
+)
+def test_what_is_written_ends_as_it_should(tmp_path, option, bad, good):
+    with pytest.raises(InputError, match=rf"{option}: .*{bad}: should end in \."):
+        keep([], {option: tmp_path / bad})
+    keep([], {option: tmp_path / good})
+
+
 def test_a_name_that_promises_another_format_is_refused(tmp_path):
     with pytest.raises(InputError, match=r"found\.xlsx: \.xlsx is not written") as told:
         not_foreign(tmp_path / "found.xlsx")

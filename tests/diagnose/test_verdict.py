@@ -68,6 +68,15 @@ def test_the_ranking_says_what_the_status_says():
     assert likeliest(gains | {"payload": 50.0}, NOTHING, [sure]) == "payload"
 
 
+def test_what_a_cause_held_at_an_even_chance_leaves_is_not_lost():
+    found = SimpleNamespace(ranking={"payload": 9000.0, "effect 1": 1.0})
+    rows = ranking(found, [Asserted(CAUSE, EVEN, {})], SOMETHING, "partly_explained")
+    chances = {r["effect"]: r["probability"] for r in rows}
+    assert sum(chances.values()) == pytest.approx(1.0)
+    assert chances.pop("payload") == EVEN
+    assert max(chances, key=chances.__getitem__) == "unknown"
+
+
 def stands(effect, gain, change, sharpened=1.0):
     key = f"effects.{effect}.x"
     white = Whitener(np.ones(50), np.zeros(0), [0, 1], 1.0, np.ones(50, bool))
@@ -116,7 +125,10 @@ def test_what_is_left_decides_where_nothing_is_named():
     assert status_of([CAUSE], NOTHING, ends=True) == "partly_explained"
     assert status_of([CAUSE], NOTHING, farthest=9.9) == "explained"
     assert status_of([CAUSE], NOTHING, farthest=15.5) == "partly_explained"
-    # within what is doubted, it may stay, but not grow
+    # within what is doubted, noise may leave it, but it must not grow
+    beyond = {"doubtless": False, "noise": 2.0}
+    assert status_of([CAUSE], NOTHING, 24.0, 15.0, **beyond) == "partly_explained"
+    assert status_of([CAUSE], NOTHING, 2.5, 1.9, **beyond) == "explained"
     assert status_of([CAUSE], NOTHING, 3.0, 2.9, doubtless=False) == "explained"
     assert status_of([CAUSE], NOTHING, -0.1, -5.9, doubtless=False) != "explained"
 

@@ -24,7 +24,7 @@ def test_the_farthest_come_first_and_those_within_an_sd_are_silent():
     fit = SimpleNamespace(knobs=knobs, values=values)
     vehicle = SimpleNamespace(figures=lambda: STATED)
     told = list(_moved(SimpleNamespace(fit=fit, vehicle=vehicle)))
-    assert told == [("MOVED", "tyres.radius_m -2.0 sd, body.mass_kg +1.5 sd")]
+    assert told == [("MOVED", "tyres.radius_m −2.0 sd, body.mass_kg +1.5 sd")]
 
 
 def test_where_none_moved_nothing_is_said():

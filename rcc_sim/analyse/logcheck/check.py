@@ -29,6 +29,7 @@ from rcc_sim.analyse.logcheck.finding import (
 )
 from rcc_sim.analyse.logcheck.glitches import (
     backwards,
+    height_leaps,
     pose_jumps,
     spike_findings,
     spikes,
@@ -193,7 +194,11 @@ def _each(time: Array, seconds: Array, columns: dict[str, Array]) -> list[Findin
             masked = values.copy()
             masked[bad] = np.nan
             columns[name] = masked
-    return findings + jumps
+    lost, leaps = height_leaps(seconds, columns)
+    if len(lost):
+        columns["elevation_m"] = columns["elevation_m"].copy()
+        columns["elevation_m"][lost] = np.nan
+    return findings + jumps + leaps
 
 
 def _without_spikes(time: Array, columns: Columns) -> dict[str, Array]:

@@ -23,6 +23,12 @@ from rcc_sim.definitions.sensors import INERTIAL
 HARDEST = 40.0
 """Acceleration that no wheeled vehicle holds over a row. [m/s²]"""
 
+LEAP = 5.0
+"""Times that a height moves farther than 98 % of its steps where it leaps."""
+
+BRIEF = 0.1
+"""Share of a log that a height may be lost for; longer, it may be the other way."""
+
 Rows = NDArray[np.intp]
 
 
@@ -128,6 +134,65 @@ def pose_jumps(time: Array, columns: Columns) -> list[Finding]:
             severity="warning",
             start_s=float(time[rows[0]]),
             end_s=float(time[rows[-1]]),
+        )
+    ]
+
+
+def height_leaps(time: Array, columns: Columns) -> tuple[Rows, list[Finding]]:
+    """Return the rows whose height is not the road's, and what was found of leaps.
+
+    A height leaps if from one reading to the next it goes farther than the vehicle
+    went, and far beyond what its readings usually do. Between two leaps that all but
+    undo each other it was lost; where it leaps and stays, nothing tells which is right.
+    """
+    nothing = np.empty(0, dtype=np.intp)
+    height, speed = columns.get("elevation_m"), columns.get("speed_mps")
+    if height is None or speed is None or len(time) < 20:
+        return nothing, []
+    there = np.flatnonzero(np.isfinite(height))
+    if len(there) < 20:
+        return nothing, []
+    pace = np.abs(np.where(np.isfinite(speed), speed, 0.0))
+    way = np.concatenate(
+        [[0.0], np.cumsum(0.5 * (pace[1:] + pace[:-1]) * np.diff(time))]
+    )
+    rise = np.diff(height[there])
+    usual = np.abs(rise[rise != 0])
+    if not len(usual):
+        return nothing, []
+    least = LEAP * float(np.quantile(usual, 0.98))
+    leaps = np.flatnonzero(
+        (np.abs(rise) > least) & (np.abs(rise) > np.diff(way[there]))
+    )
+    if not len(leaps):
+        return nothing, []
+    lost, k = [], 0
+    while k + 1 < len(leaps):
+        a, b = leaps[k], leaps[k + 1]
+        one, other = float(rise[a]), float(rise[b])
+        brief = time[there[b]] - time[there[a + 1]] < BRIEF * (time[-1] - time[0])
+        if brief and abs(one + other) < 0.5 * max(abs(one), abs(other)):
+            lost.append(np.arange(there[a + 1], there[b] + 1))
+            k += 1
+        k += 1
+    rows = np.concatenate(lost) if lost else nothing
+    worst = leaps[np.argmax(np.abs(rise[leaps]))]
+    at_row = there[worst + 1]
+    return rows, [
+        Finding(
+            "height_leap",
+            "elevation_m",
+            f"leaps by {rise[worst]:+.4g} m at {at(time, time[at_row])} s, where the "
+            f"vehicle went {way[at_row] - way[there[worst]]:.3g} m"
+            + (f", and {len(leaps) - 1} times more" if len(leaps) > 1 else ""),
+            when(time, rows if len(rows) else there[leaps + 1]),
+            sure=0.95,
+            action=f"{counted(len(rows))} masked (NaN)"
+            if len(rows)
+            else "not mended; the road is far too steep there",
+            severity="warning",
+            start_s=float(time[there[leaps[0]]]),
+            end_s=float(time[there[leaps[-1] + 1]]),
         )
     ]
 

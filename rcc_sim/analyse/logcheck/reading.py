@@ -5,6 +5,7 @@ from __future__ import annotations
 from rcc_sim.analyse.logcheck.check import check_log
 from rcc_sim.analyse.logcheck.finding import ORDER, Checked, Finding
 from rcc_sim.analyse.logcheck.one_clock import one_clock
+from rcc_sim.analyse.stale import refreshed
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.readers import Log
 
@@ -26,8 +27,9 @@ def check_reading(reading: Log, vehicle: Vehicle | None = None) -> Checked:
     """
     trace, clocks = one_clock(reading.trace)
     checked = check_log(trace, vehicle)
+    _, held = refreshed(checked.trace)
     found = sorted(
-        (*file_findings(reading), *clocks, *checked.findings),
+        (*file_findings(reading), *clocks, *checked.findings, *held),
         key=lambda f: ORDER.index(f.severity),
     )
     return Checked(checked.trace, tuple(found), checked.rate)
