@@ -25,11 +25,12 @@ from rcc_sim.analyse.logged import open_log
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.deliver import acting
+from rcc_sim.diagnose.diagnosis import Diagnosis
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.knobs import nuisance_knobs
 from rcc_sim.diagnose.posed import problem_of
 from rcc_sim.diagnose.problem import Problem
-from rcc_sim.diagnose.run import Diagnosis, diagnose
+from rcc_sim.diagnose.run import diagnose
 from rcc_sim.physics.effects.road_load import road_load_force
 from rcc_sim.trace import Trace
 

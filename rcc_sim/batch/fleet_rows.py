@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from rcc_sim.analyse.logcheck.finding import Finding
     from rcc_sim.analyse.logged import Logged
     from rcc_sim.definitions.vehicle import Vehicle
+    from rcc_sim.diagnose.diagnosis import Diagnosis
     from rcc_sim.diagnose.fit import Fit
-    from rcc_sim.diagnose.run import Diagnosis
     from rcc_sim.trace import Trace
 
 Row = dict[str, Any]

@@ -35,7 +35,7 @@ from rcc_sim.cli.output import Csv, Json, Output, atomic, emit, not_foreign, say
 from rcc_sim.errors import InputError, did_you_mean
 
 if TYPE_CHECKING:
-    from rcc_sim.diagnose.run import Diagnosis
+    from rcc_sim.diagnose.diagnosis import Diagnosis
 
 EXAMPLE = (
     "Example: rccsim simulate rcc --cycle 'udds[20:125]' "

@@ -18,8 +18,8 @@ from rcc_sim.diagnose.screen import Screen
 from rcc_sim.errors import InputError
 
 if TYPE_CHECKING:
+    from rcc_sim.diagnose.diagnosis import Diagnosis
     from rcc_sim.diagnose.problem import Problem
-    from rcc_sim.diagnose.run import Diagnosis
 
 Array = NDArray[np.float64]
 

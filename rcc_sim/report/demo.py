@@ -18,7 +18,8 @@ from rcc_sim.blind.own import base_of
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.deliver import write_mended
-from rcc_sim.diagnose.run import Diagnosis, diagnose
+from rcc_sim.diagnose.diagnosis import Diagnosis
+from rcc_sim.diagnose.run import diagnose
 from rcc_sim.errors import InputError
 from rcc_sim.report.diagnosis_page import diagnosis_page
 from rcc_sim.report.energy_page import energy_page

@@ -12,9 +12,9 @@ import numpy as np
 from rcc_sim.analyse.gap import Gap
 from rcc_sim.analyse.gap_energy import COVERAGE, logged_power
 from rcc_sim.analyse.gap_regimes import moving_mean
+from rcc_sim.diagnose.diagnosis import Diagnosis
 from rcc_sim.diagnose.experiment import Experiment
 from rcc_sim.diagnose.refine import TIED
-from rcc_sim.diagnose.run import Diagnosis
 from rcc_sim.diagnose.verdict import Asserted, Estimate, moved
 from rcc_sim.report.channels import way_of
 from rcc_sim.report.html_parts import OTHERS

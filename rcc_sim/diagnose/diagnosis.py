@@ -1,0 +1,235 @@
+"""What a diagnosis found: as JSON, as figures of a mended file, as prices."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from math import inf
+from typing import Any
+
+from rcc_sim.analyse.gap import Gap
+from rcc_sim.analyse.gap_report import where
+from rcc_sim.definitions.figure import Z_90, Figure
+from rcc_sim.definitions.vehicle import Vehicle
+from rcc_sim.diagnose.compete import Explanation
+from rcc_sim.diagnose.experiment import Experiment
+from rcc_sim.diagnose.fit import Fit
+from rcc_sim.diagnose.hold_out import Shrink
+from rcc_sim.diagnose.knobs import BIAS, RADIUS, Knob
+from rcc_sim.diagnose.posed import problem_of
+from rcc_sim.diagnose.prices import Prices, prices
+from rcc_sim.diagnose.problem import Problem
+from rcc_sim.diagnose.remainder import Remainder
+from rcc_sim.diagnose.verdict import (
+    ANOTHER_VEHICLE,
+    INTERVAL,
+    Asserted,
+    moved,
+    ranking,
+)
+
+TOLD, MOVED = 0.9, 0.1
+"""Share of its stated sd below which the sd of a figure must fall for it to be written;
+or else by how many of them it must have moved. The figures of a fit belong together:
+one that goes back to what the file says leaves the others with what it made up for."""
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """What :func:`rcc_sim.diagnose.run.diagnose` found.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        The nominal model.
+    problem : Problem
+        The log ``shown`` as it was explained, and that model, without any profile.
+    gaps : tuple of Gap
+        Where each log and the nominal model part.
+    status : str
+        no_gap, explained, partly_explained or unexplained.
+    asserted : tuple of Asserted
+        The causes, strongest first.
+    found : Explanation
+        Everything the competition found.
+    fit : Fit
+        Tolerances and the causes that stand.
+    left : Remainder
+        What none of the effects explains.
+    shrink : Shrink
+        Proof on rows that no fit saw.
+    energy_before, energy_after : float or None
+        Energy gap on such rows with the nominal vehicle, and with the mended one. [%]
+    by_torque : bool
+        Whether both ran by a torque that was measured: where there is one, the drive is
+        imposed, and no cause changes anything up to the motor's shaft.
+    experiments : tuple of Experiment
+        Runs that would settle what is tied, or wide; best first.
+    kept_back : tuple of str
+        Logs on which the proof is; empty: stretches of those that were explained.
+    withdrawn : tuple of str
+        Effects that explain what was fitted, and do nothing for what was held out.
+    shown : int
+        Log that is shown: of several, the one whose energy is farthest off.
+    """
+
+    vehicle: Vehicle
+    problem: Problem
+    gaps: tuple[Gap, ...]
+    status: str
+    asserted: tuple[Asserted, ...]
+    found: Explanation
+    fit: Fit
+    left: Remainder
+    shrink: Shrink
+    energy_before: float | None
+    energy_after: float | None
+    by_torque: bool
+    experiments: tuple[Experiment, ...] = ()
+    kept_back: tuple[str, ...] = ()
+    withdrawn: tuple[str, ...] = ()
+    shown: int = 0
+
+    def document(self) -> dict[str, Any]:
+        """Return what ``--json`` prints."""
+        first = self.gap
+        unexplained: dict[str, Any] = {
+            "fraction": self.unexplained,
+            "windows": self.left.windows if self.left.is_real else [],
+        }
+        if self.left.is_real:
+            unexplained |= {"acts_as": self.left.acts_as, "follows": self.left.follows}
+        return {
+            "schema": "rccsim.diagnosis/1",
+            "log": first.log,
+            "logs": [g.log for g in self.gaps],
+            "vehicle": self.vehicle.name,
+            "mode": first.mode,
+            "status": self.status,
+            "where": where(first),
+            "causes": [self._cause(a) for a in self.asserted],
+            "ranking": ranking(self.found, list(self.asserted), self.left, self.status),
+            "shrink": {
+                "held_out": True,
+                "logs": list(self.kept_back),
+                "withdrawn": list(self.withdrawn),
+                **asdict(self.shrink),
+                "energy_gap_percent_before": self.energy_before,
+                "energy_gap_percent_after": self.energy_after,
+                "energy_by_measured_torque": self.by_torque,
+            },
+            "moved": moved(self.fit, self.vehicle.figures()),
+            "prices": self.prices and asdict(self.prices),
+            "unexplained": unexplained,
+            "next_experiment": [e.document() for e in self.experiments],
+            "least_seen": self.found.least_seen,
+            "not_identifiable": self.not_identifiable,
+            "findings": [asdict(f) for f in first.findings],
+        }
+
+    def _cause(self, a: Asserted) -> dict[str, Any]:
+        most = max([*self.found.ranking.values(), 1.0])
+        gain = self.found.ranking.get(a.cause.effect, a.cause.gain)
+        return {
+            "effect": a.cause.effect,
+            "probability": a.probability,
+            "parameters": {k: e.document() for k, e in a.figures.items()},
+            "varies": bool(a.cause.profiles),
+            "indistinguishable_from": list(a.cause.tied),
+            "explains": min(max(gain, 0.0) / most, 1.0),
+            "nats": a.cause.gain,
+            "energy_wh": self.prices and self.prices.causes[a.cause.effect],
+        }
+
+    @property
+    def gap(self) -> Gap:
+        """Gap of the log that is shown."""
+        return self.gaps[self.shown]
+
+    @property
+    def is_tied(self) -> bool:
+        """Whether something else would do in the place of a cause."""
+        return any(a.cause.tied for a in self.asserted)
+
+    @property
+    def unexplained(self) -> float:
+        """Share of the gap beyond noise that stays; all of it where nothing stands."""
+        if self.status == "unexplained":
+            return 1.0
+        return 1.0 - max(self.shrink.explained, 0.0) if self.left.is_real else 0.0
+
+    @cached_property
+    def prices(self) -> Prices | None:
+        """What each cause adds to the energy of the log that is shown."""
+        causes = [a.cause for a in self.asserted]
+        return prices(self.plain, causes, self.fit.values, self.shown)
+
+    @cached_property
+    def plain(self) -> Problem:
+        """The same as ``problem``, at the log's own rows."""
+        if self.problem.charge is None:
+            return self.problem
+        return problem_of(self.gap.measured, self.vehicle)
+
+    @property
+    def not_identifiable(self) -> list[str]:
+        """Effects of which no likely strength would show in these logs."""
+        told = {e for a in self.asserted for e in (a.cause.effect, *a.cause.tied)}
+        return sorted(self.found.hidden - told)
+
+    def figures(self) -> dict[str, Figure]:
+        """Stated figures that the logs moved, with intervals."""
+        stated = self.vehicle.figures()
+        return {key: figure for key, figure in self._moved().items() if key in stated}
+
+    def _moved(self) -> dict[str, Figure]:
+        """Tolerances that the logs narrow or move, by key."""
+        out = {}
+        for knob, sd in zip(self.fit.knobs, self.fit.sds(), strict=True):
+            if knob.sd < inf and not knob.key.startswith(BIAS):
+                off = abs(self.fit.values[knob.key] - knob.value)
+                sd = min(sd * INTERVAL, knob.sd)
+                if sd <= TOLD * knob.sd or off >= MOVED * knob.sd:
+                    out[knob.key] = self._figure(knob, sd)
+        return out
+
+    def _figure(self, knob: Knob, sd: float) -> Figure:
+        """Return a figure that the logs moved; its interval ends where it must."""
+        value = self.fit.values[knob.key]
+        low, high = max(value - Z_90 * sd, knob.low), min(value + Z_90 * sd, knob.high)
+        return Figure(value, sd, low, high, self._source_of(knob.key))
+
+    def _source_of(self, key: str) -> str:
+        """Return where a figure comes from, and what the file stated before."""
+        before = self.vehicle.figures().get(key)
+        if before is None:
+            return self.source
+        told = f": {before.source}" if before.source else ""
+        return f"{self.source}; stated {before.value:g}{told}"
+
+    @property
+    def elsewhere(self) -> dict[str, float]:
+        """Stated figures so many sds off that they are those of another vehicle."""
+        pulls = moved(self.fit, self.vehicle.figures())
+        return {k: abs(x) for k, x in pulls.items() if abs(x) > ANOTHER_VEHICLE}
+
+    @property
+    def source(self) -> str:
+        """Where derived figures come from."""
+        return "derived: " + ", ".join(g.log for g in self.gaps)
+
+    def effects(self) -> dict[str, dict[str, Figure]]:
+        """Causes as the mended file states them; profiles are written apart.
+
+        A tyre radius that moved within its sd is written as ``wheel_radius``, because
+        logs hold speeds by the radius that the file states.
+        """
+        radius = self._moved().get(RADIUS)
+        found = {"wheel_radius": {"scale": radius}} if radius else {}
+        return found | {
+            a.cause.effect: {
+                k: Figure(e.value, e.sd, e.low, e.high, self.source)
+                for k, e in a.figures.items()
+            }
+            for a in self.asserted
+        }
