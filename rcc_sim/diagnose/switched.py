@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from rcc_sim.diagnose.cause import ENOUGH, PROFILES, Cause
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
+from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.profile import Probe, Profile, probe_size
 from rcc_sim.diagnose.remainder import carrier_of
 from rcc_sim.diagnose.strengths import Weighed, smooth, windows
@@ -84,26 +85,28 @@ def beside_noise(engine: Engine, fit: Fit, *, hidden: bool) -> Cause | None:
         return None
     key, along = PROFILES[LOAD]
     probe = Probe(engine, fit, key, probe_size(engine, key))
-    found: dict[int, Profile] = {}
     courses: dict[int, Course] = {}
     for i, problem in enumerate(engine.problems):
         x = problem.coordinate(along)
         tried = courses_of(probe, i, x, hidden) if probe.shows_in(i) else []
         best = max(tried, key=lambda course: course.profile.evidence, default=None)
         if best and best.profile.evidence > ENOUGH:
-            found[i], courses[i] = best.profile, best
-        else:
-            found[i] = Profile(key, along, x[[0, -1]], np.zeros(2), np.zeros(2), 0.0)
+            courses[i] = best
     if not courses:
         return None
     drag = carrier_of(engine, fit, "drag")
     other = Probe(engine, fit, drag, probe_size(engine, drag))
-    both = sum(p.evidence for p in found.values())
-    rival = sum(
-        other.beside_noise(i, c.windows, c.shape).evidence - c.cost
+    rivals = {
+        i: other.beside_noise(i, c.windows, c.shape).evidence - c.cost
         for i, c in courses.items()
         if other.shows_in(i)
-    )
+    }
+    # in a log whose course might as well be a drag's, another's load proves nothing
+    beyond = {i: c.profile.evidence - rivals.get(i, 0.0) for i, c in courses.items()}
+    if max(beyond.values()) >= ENOUGH:
+        courses = {i: c for i, c in courses.items() if beyond[i] >= ENOUGH}
+    both = sum(c.profile.evidence for c in courses.values())
+    rival = sum(rivals.get(i, 0.0) for i in courses)
     alone = sum(
         probe.evidence(i, c.windows, c.shape) - c.cost for i, c in courses.items()
     )
@@ -113,10 +116,19 @@ def beside_noise(engine: Engine, fit: Fit, *, hidden: bool) -> Cause | None:
         (key,),
         gain,
         rival=rival,
-        profiles=found,
+        profiles={
+            i: courses[i].profile if i in courses else flat(key, along, problem)
+            for i, problem in enumerate(engine.problems)
+        },
         sharpened=both / gain,
         shares=probe.shares,
     )
+
+
+def flat(key: str, along: str, problem: Problem) -> Profile:
+    """Return the course of a load that a log does not tell."""
+    ends = problem.coordinate(along)[[0, -1]]
+    return Profile(key, along, ends, np.zeros(2), np.zeros(2), 0.0)
 
 
 def courses_of(probe: Probe, log: int, x: Array, hidden: bool) -> list[Course]:
