@@ -83,7 +83,14 @@ def emit(
         Line above the table.
     shown : sequence of str
         Columns that the table on a terminal shows; all of them unless given.
+
+    Raises
+    ------
+    InputError
+        If both formats are asked for, or the file cannot be written.
     """
+    if json and csv:
+        raise InputError("--json and --csv: one of them")
     if output is None:
         if not (json or csv) and sys.stdout.isatty():
             part = [{key: row[key] for key in shown} for row in rows] if shown else rows

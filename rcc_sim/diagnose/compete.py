@@ -191,17 +191,22 @@ def without_outdone(
 ) -> tuple[Engine, list[Cause], Fit]:
     """Drop each profile without which the others, fitted anew, do as well.
 
-    It was taken in before them, and may have stood for what they are.
+    It was taken in before them, and may have stood for what they are. By the noise that
+    all of them leave: one that is learnt anew may take a load for its own.
     """
     for cause in [c for c in causes if c.profiles]:
         if len(causes) < 2:
             break
         less = {i: p.reversed for i, p in cause.profiles.items()}
         bare = with_acting(engine, less)
-        others = descent.fit(bare, fit.values, fit.knobs)
+        now = bare.attempt(fit.values, fit.knobs, fit.noise)
+        if now is None:
+            continue
+        along = bare.whitened(fit.signals, fit.noise)
+        others = descent.improve(bare, now, along=along, fixed=True, rounds=3)
         if fit.score - others.score < min(map(enough_of, cause.profiles.values())):
             causes = [c for c in causes if c is not cause]
-            engine, fit = bare, others
+            engine, fit = bare, descent.fit(bare, others.values, fit.knobs)
     return engine, causes, fit
 
 

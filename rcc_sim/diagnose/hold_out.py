@@ -214,16 +214,17 @@ def energy_percent(
 ) -> float | None:
     """Energy gap of free runs with these figures on rows that they did not see.
 
-    A torque that was measured reads as much too much as the first log says.
+    A torque that was measured reads as much too much as its log says; in one that no
+    fit saw, as the first says.
     """
     measured = simulated = 0.0
-    reads = scale_key(0, "motor_torque_nm")
     for figures, rows in fitted:
         vehicle = problems[0].vehicle.changed(settings=figures_of(figures))
         for i, p in enumerate(problems):
             power = logged_power(p.log)
             if power is None:
                 return None
+            reads = scale_key(0 if rows is None else i, "motor_torque_nm")
             out = p.by_true_torque(figures.get(reads, 0.0)).run(vehicle)
             dt = np.gradient(p.log["time_s"])
             ok = np.isfinite(power) & np.isfinite(out["battery_power_w"])

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from math import hypot, inf
+from typing import TypeVar
 
 import numpy as np
 
@@ -40,7 +44,10 @@ from rcc_sim.diagnose.verdict import (
     status_of,
 )
 from rcc_sim.errors import InputError
+from rcc_sim.jit import threads
 from rcc_sim.trace import Trace
+
+R = TypeVar("R")
 
 SHORTEST = 1.5 * MEMORY
 """Time that a log must last. [s]"""
@@ -83,14 +90,15 @@ def diagnose(
     for one in logs:
         refuse_short(one.log)
     told("where")
-    gaps = tuple(gap(one, vehicle, repeats=repeats) for one in logs)
-    offsets = tuple(c for name in withheld for c in OFFSETS.get(name, ()))
-    problems = [problem_of(one.log, vehicle) for one in logs]
-    if offsets:
-        problems = [replace(p, unzeroed=offsets) for p in problems]
-    engine = Engine(problems)
-    able = candidates_for(problems, candidates, withheld)
-    found = compete(engine, able, told)
+    with beside(partial(gap, one, vehicle, repeats=repeats) for one in logs) as where:
+        offsets = tuple(c for name in withheld for c in OFFSETS.get(name, ()))
+        problems = [problem_of(one.log, vehicle) for one in logs]
+        if offsets:
+            problems = [replace(p, unzeroed=offsets) for p in problems]
+        engine = Engine(problems)
+        able = candidates_for(problems, candidates, withheld)
+        found = compete(engine, able, told)
+    gaps = tuple(where)
     told("what is left")
     left = remainder(found.engine, found.fit, constant(found.causes))
     causes = [c for c in found.causes if is_steady(c, left)]
@@ -157,6 +165,25 @@ def diagnose(
         before, after, by_torque, runs, tuple(one.log.name for one in holdouts),
         refuted, shown,
     )  # fmt: skip
+
+
+@contextmanager
+def beside(tasks: Iterable[Callable[[], R]]) -> Iterator[list[R]]:
+    """Do some tasks while something else is done; yield what will hold their results.
+
+    What goes wrong in them comes first.
+    """
+    results: list[R] = []
+    if threads() < 2:
+        results += [do() for do in tasks]
+        yield results
+        return
+    with ThreadPoolExecutor(1) as other:
+        asked = [other.submit(do) for do in tasks]
+        try:
+            yield results
+        finally:
+            results += [one.result() for one in asked]
 
 
 def farthest_off(gaps: Sequence[Gap]) -> int:

@@ -43,6 +43,9 @@ SHOWN = 4
 UNSEEN = 6
 """Effects that would not show, of which so many are told."""
 
+NOTHING = 1.9
+"""Width of an interval of what is gone, from -1 to 1 at most, that tells nothing."""
+
 RIVALS = 3
 """Rivals that are told at most."""
 
@@ -247,11 +250,13 @@ def _proof(found: Diagnosis) -> Iterator[tuple[str, str]]:
             f"; energy gap there{how} {_rounded(before, 1)} % before, "
             f"{_rounded(after, 2)} % after"
         )
-    yield (
-        "PROOF",
-        f"on {_held_out(found)} {percent(s.explained)} of what is beyond noise is "
-        f"gone ({percent(s.low)} to {percent(s.high)}){energy}",
+    gone = (
+        f"{percent(s.explained)} of what is beyond noise is gone ({percent(s.low)} to "
+        f"{percent(s.high)})"
     )
+    if s.high - s.low >= NOTHING:
+        gone = "too little is beyond noise, row by row, to tell what of it is gone"
+    yield "PROOF", f"on {_held_out(found)} {gone}{energy}"
 
 
 def _held_out(found: Diagnosis) -> str:

@@ -56,6 +56,11 @@ def test_a_name_that_promises_another_format_is_refused(tmp_path):
         assert not_foreign(tmp_path / name) == tmp_path / name
 
 
+def test_two_formats_at_once_are_refused():
+    with pytest.raises(InputError, match="--json and --csv: one of them"):
+        emit({"a": 1}, [{"a": 1}], json=True, csv=True)
+
+
 def test_a_name_that_ends_in_json_is_json(tmp_path):
     emit({"a": 1}, [{"a": 1}], output=tmp_path / "found.json")
     assert (tmp_path / "found.json").read_text() == '{\n "a": 1\n}\n'

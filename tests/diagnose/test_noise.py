@@ -59,6 +59,20 @@ def test_the_likelihood_is_highest_for_the_noise_that_made_the_residual():
     assert log_likelihood(right, e) > log_likelihood(wrong, e) + 100
 
 
+def test_a_noise_that_a_floor_lifts_a_little_remembers_almost_as_before():
+    rng = np.random.default_rng(2)
+    e = rng.normal(size=6000)
+    for i in range(1, len(e)):
+        e[i] += 0.95 * e[i - 1]
+    every, edges = np.ones(len(e), bool), [0, 1, 2, 4, 8, 16]
+
+    by = fit_whitener(e, every, [], edges, 1.05)  # what is new in a row has 1.0
+    assert np.mean(by(e) ** 2) < 1.5  # without a memory 9
+    # far below the floor nothing is known of what it remembers
+    small = fit_whitener(1e-6 * e, every, [], edges, 1.0)
+    np.testing.assert_allclose(small.memory, 0.0, atol=1e-9)
+
+
 @pytest.mark.parametrize("least", [1e-9, 1e-4, 1e-2, 1.0])
 def test_a_floor_lifts_what_lies_below_it_and_nothing_else(least):
     rng = np.random.default_rng(2)
