@@ -71,6 +71,8 @@ class Diagnosis:
         Effects that explain what was fitted, and do nothing for what was held out.
     shown : int
         Log that is shown: of several, the one whose energy is farthest off.
+    asked : tuple of str
+        Effects that were considered alone; empty: all that could show.
     """
 
     vehicle: Vehicle
@@ -89,6 +91,7 @@ class Diagnosis:
     kept_back: tuple[str, ...] = ()
     withdrawn: tuple[str, ...] = ()
     shown: int = 0
+    asked: tuple[str, ...] = ()
 
     def document(self) -> dict[str, Any]:
         """Return what ``--json`` prints."""
@@ -107,6 +110,7 @@ class Diagnosis:
             "mode": first.mode,
             "status": self.status,
             "where": where(first),
+            "candidates": list(self.asked),
             "causes": [self._cause(a) for a in self.asserted],
             "ranking": ranking(self.found, list(self.asserted), self.left, self.status),
             "shrink": {

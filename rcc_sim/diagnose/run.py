@@ -163,7 +163,7 @@ def diagnose(
     return Diagnosis(
         vehicle, problems[shown], gaps, status, asserted, found, fit, left, shrink,
         before, after, by_torque, runs, tuple(one.log.name for one in holdouts),
-        refuted, shown,
+        refuted, shown, tuple(candidates),
     )  # fmt: skip
 
 

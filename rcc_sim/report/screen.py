@@ -18,7 +18,15 @@ from rcc_sim.diagnose.refine import TIED
 from rcc_sim.diagnose.verdict import Asserted, Estimate, moved
 from rcc_sim.report.channels import way_of
 from rcc_sim.report.html_parts import OTHERS
-from rcc_sim.report.text import figures, percent, printable, probable, short, sparkline
+from rcc_sim.report.text import (
+    figures,
+    listed,
+    percent,
+    printable,
+    probable,
+    short,
+    sparkline,
+)
 from rcc_sim.report.verdict import doubt_of, judged
 
 WORDS = {
@@ -167,6 +175,9 @@ def _within(gap: Gap) -> str:
 def _verdict(found: Diagnosis) -> str:
     """Return the status, and why there is a cause where the energy asks for none."""
     told = WORDS[found.status].replace("no gap", _no_gap(found))
+    if found.asked and found.status == "unexplained":
+        told = f"a real gap that {listed(found.asked, 'or')} does not explain"
+        told += ", and nothing else was asked for"
     if found.asserted and all(g.energy.within for g in found.gaps):
         told += "; by its energy alone tolerances would do, row by row they do not"
     return told

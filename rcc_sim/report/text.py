@@ -79,14 +79,14 @@ def figures(value: object, digits: int = 3) -> str:
     return text.replace("-", "−")
 
 
-def listed(names: Sequence[str]) -> str:
+def listed(names: Sequence[str], word: str = "and") -> str:
     """Return names as a sentence has them.
 
     >>> listed(["mass", "drag", "wind"])
     'mass, drag and wind'
     """
     first, last = names[:-1], names[-1]
-    return f"{', '.join(first)} and {last}" if first else last
+    return f"{', '.join(first)} {word} {last}" if first else last
 
 
 def signed(value: float, digits: int = 3) -> str:

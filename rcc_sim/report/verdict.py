@@ -41,7 +41,7 @@ def verdict_of(diagnosis: Mapping[str, Any]) -> str:
         ]
     elif status == "unexplained":
         parts = [
-            "a real gap that no effect of the library accounts for",
+            _unexplained(diagnosis.get("candidates") or []),
             _gap(energy, plain=True),
         ]
     else:
@@ -52,6 +52,13 @@ def verdict_of(diagnosis: Mapping[str, Any]) -> str:
     sentence = "; ".join(part for part in parts if part)
     end = "" if sentence.endswith("?") else "."
     return sentence[:1].upper() + sentence[1:] + end if sentence else ""
+
+
+def _unexplained(asked: Sequence[str]) -> str:
+    if not asked:
+        return "a real gap that no effect of the library accounts for"
+    names = listed([name.replace("_", " ") for name in asked], "or")
+    return f"a real gap that {names} does not account for, and nothing else was asked"
 
 
 def _gap(energy: Mapping[str, Any], *, plain: bool = False) -> str:

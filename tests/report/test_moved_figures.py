@@ -34,6 +34,12 @@ def test_where_none_moved_nothing_is_said():
     assert list(_moved(SimpleNamespace(fit=fit, vehicle=vehicle))) == []
 
 
+def test_a_gap_that_what_was_asked_for_does_not_explain_says_so():
+    told = verdict_of({"status": "unexplained", "candidates": ["payload", "headwind"]})
+    assert told.startswith("A real gap that payload or headwind does not account for")
+    assert "no effect of the library" in verdict_of({"status": "unexplained"})
+
+
 def test_what_moved_far_is_doubtful_and_farther_another_vehicle_s():
     says = [verdict_of({"status": "no_gap", "moved": {"body.mass_kg": x}})
             for x in (2.0, -4.0, 30.0)]  # fmt: skip
