@@ -281,7 +281,9 @@ def _deliver(
     from rcc_sim.report.screen import screen
     from rcc_sim.report.verdict import verdict_of
 
-    tell_notes(found.gap.findings, at_boundary(found.gap.energy))
+    for gap in found.gaps:
+        log = gap.log if len(found.gaps) > 1 else ""
+        tell_notes(gap.findings, at_boundary(gap.energy), log)
     if text or (output is None and sys.stdout.isatty() and not (json or csv)):
         lines = screen(found, get_terminal_size().columns)
         if output is None:

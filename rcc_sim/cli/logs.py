@@ -129,10 +129,16 @@ def write_page(page: Report, path: Path) -> None:
     say(f"wrote {path}")
 
 
-def tell_notes(findings: Iterable[Finding], notes: Iterable[str] = ()) -> None:
-    """Say what was found wrong with a log, worse than a note, and other notes."""
+def tell_notes(
+    findings: Iterable[Finding], notes: Iterable[str] = (), log: str = ""
+) -> None:
+    """Say what was found wrong with a log, worse than a note, and other notes.
+
+    Of one ``log`` among several, its name with it.
+    """
+    of = f"{log}: " if log else ""
     for finding in findings:
         if finding.severity != "info":
-            say(f"note: {finding.channel} {finding.what}; {finding.action}")
+            say(f"note: {of}{finding.channel} {finding.what}; {finding.action}")
     for note in notes:
-        say(f"note: {note}")
+        say(f"note: {of}{note}")

@@ -34,6 +34,7 @@ from rcc_sim.diagnose.ties import settled
 from rcc_sim.diagnose.verdict import (
     DOUBTLESS,
     Asserted,
+    battery_of_another,
     ends_early,
     estimates,
     is_steady,
@@ -140,6 +141,8 @@ def diagnose(
         )
     row = size_of(problems[0], "row")
     farthest = max(map(abs, moved(fit, stated).values()), default=0.0)
+    if any(battery_of_another(g.findings) for g in gaps):
+        farthest = inf
     asserted = tuple(
         Asserted(c, probability(c, left, farthest), estimates(fit, c, stated, row))
         for c in causes

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import exp, hypot, inf, isfinite, log
 from typing import Any
@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rcc_sim.analyse.logcheck.finding import Finding
 from rcc_sim.definitions.figure import Z_90
 from rcc_sim.diagnose.cause import ENOUGH, Cause
 from rcc_sim.diagnose.compete import Explanation, shares_of
@@ -191,6 +192,11 @@ def proves_nothing(explained: float, before: float | None, after: float | None) 
     return abs(after) > (1 - SHRUNK) * abs(before)
 
 
+def battery_of_another(findings: Iterable[Finding]) -> str:
+    """Return what a check found of another vehicle's voltage; else nothing."""
+    return next((f.what for f in findings if f.kind == "other_battery"), "")
+
+
 def moved(fit: Fit, stated: Collection[str]) -> dict[str, float]:
     """Stated figures that a fit moved by their sds or more, in sds, farthest first."""
     pulls = {
@@ -316,6 +322,8 @@ def ranking(
     weights = {
         e: exp((x - likeliest) / SOFT) for e, x in beyond.items() if e not in sure
     }
+    if EVEN in sure.values():  # beside another vehicle's figures, who knows
+        weights = {"unknown": 1.0}
     others = sum(weights.values())
     rows: list[dict[str, float | str]] = []
     for effect in beyond:

@@ -15,7 +15,12 @@ from rcc_sim.analyse.gap_regimes import moving_mean
 from rcc_sim.diagnose.diagnosis import Diagnosis
 from rcc_sim.diagnose.experiment import Experiment
 from rcc_sim.diagnose.refine import TIED
-from rcc_sim.diagnose.verdict import Asserted, Estimate, moved
+from rcc_sim.diagnose.verdict import (
+    Asserted,
+    Estimate,
+    battery_of_another,
+    moved,
+)
 from rcc_sim.report.channels import way_of
 from rcc_sim.report.html_parts import OTHERS
 from rcc_sim.report.text import (
@@ -105,6 +110,9 @@ def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
         yield from _proof(found)
         yield from ((word, of_one + text) for word, text in _ledger(found))
     yield from _moved(found)
+    voltage = battery_of_another(found.gap.findings)
+    if voltage:
+        yield "DOUBT", f"{voltage}: was it this vehicle that drove?"
     if not found.asserted:
         yield from _doubt(found)
     if found.left.is_real:

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from rcc_sim.analyse.logcheck import check_log
 from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose.verdict import battery_of_another
 from rcc_sim.errors import InputError
 from rcc_sim.trace import Trace
 
@@ -269,3 +270,14 @@ def test_a_speed_eight_per_cent_off_the_motors_is_told():
     assert "1.09 times" in finding.what
     near = with_fault(log, "speed_mps", lambda v: 0.985 * v)
     assert not found(check_log(near, car), "inconsistent", "speed_mps")
+
+
+def test_a_voltage_of_another_battery_asks_whose_log_it_is():
+    log, car = logged(*CAR), load_vehicle("rcc")
+    assert not found(check_log(log, car), "other_battery", "battery_voltage_v")
+    columns = dict(log.columns)
+    columns["battery_voltage_v"] = 4.3 * log["battery_voltage_v"]
+    checked = check_log(Trace(columns, name="log"), car)
+    (finding,) = found(checked, "other_battery", "battery_voltage_v")
+    assert "was it this vehicle" in finding.action
+    assert battery_of_another(checked.findings) == finding.what

@@ -210,12 +210,15 @@ def _finding(
     strength = max(abs(r.correlation) for r in witness)
     sure = (0.98 if len(witness) > 1 else 0.9) * min(1.0, 0.6 + 0.4 * strength)
     mend = 1 / mistake.factor
+    action = f"{DROPPED}; to mend it, convert with --map, factor {mend:.6g}"
+    if mistake.kind == "unit" and any("motor_speed_radps" in r.powers for r in witness):
+        action += ", unless the vehicle file's gear, tyre or poles are another car's"
     return Finding(
         mistake.kind,
         mistake.channel,
         what,
         sure=round(sure / (1 + len({r.channel for r in rivals}) * 0.5), 2),
-        action=f"{DROPPED}; to mend it, convert with --map, factor {mend:.6g}",
+        action=action,
         severity="error",
         factor=mend,
     )
@@ -229,12 +232,15 @@ def _factor(relation: Relation) -> str:
 
 def _odd(relation: Relation) -> Finding:
     channel = next(iter(relation.powers))
+    alone = relation.powers.keys() == {"battery_voltage_v"}
     return Finding(
-        "inconsistent",
+        "other_battery" if alone else "inconsistent",
         channel,
         f"{relation.what}: {_factor(relation)}, and no usual unit or sign explains it",
         sure=round(0.8 * abs(relation.correlation), 2),
-        action="used as it is; look at " + " and ".join(relation.powers),
+        action="used as it is; was it this vehicle that drove?"
+        if alone
+        else "used as it is; look at " + " and ".join(relation.powers),
         severity="warning",
     )
 
