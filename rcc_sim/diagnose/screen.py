@@ -186,7 +186,7 @@ class Screen:
                     self.note(Promise(promise, search.key, x))
                 shows = 0.5 * float(d @ d) > ENOUGH
                 empty = empty + 1 if shows and promise < NOTHING else 0
-                if empty == TWICE:
+                if empty == TWICE and self.base.prior > STRAINED:
                     break
         return best
 

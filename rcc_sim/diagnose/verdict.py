@@ -30,9 +30,9 @@ WITHDRAWN = 0.2
 10 in those of causes that did not."""
 
 UNSTEADY, UNSTEADY_ENOUGH = 0.1, 20.0
-"""Share of a cause's nats, and nats, that its coming and going over time may gain: the
-larger of the two beside something unknown that is real; both together, by the noise
-that the cause leaves, beside what chance may leave.
+"""Share of a cause's nats, by the noise that it leaves, and nats, that its coming and
+going over time may gain: the larger of the two beside something unknown that is real;
+both together beside what chance may leave.
 
 In 139 of 143 drives of the blind plant in which what is named acts steadily nothing
 unknown is real, and in all it gains 16 nats beyond its share at most. In 20 in which a
@@ -129,10 +129,9 @@ def standing(causes: Sequence[Cause], left: Remainder, fit: Fit) -> list[Cause]:
 
 def is_steady(cause: Cause, left: Remainder) -> bool:
     """Tell whether a cause that was taken as constant acts all the time."""
-    if left.is_real:
-        most = max(UNSTEADY * cause.gain, UNSTEADY_ENOUGH)
-    else:
-        most = UNSTEADY * cause.gain * cause.sharpened + UNSTEADY_ENOUGH
+    share = UNSTEADY * cause.gain * cause.sharpened
+    some = UNSTEADY_ENOUGH
+    most = max(share, some) if left.is_real else share + some
     return left.change_of(cause.effect) <= most
 
 
