@@ -16,7 +16,7 @@ from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import nuisance_knobs
 from rcc_sim.diagnose.profile import overlap, shares
-from rcc_sim.diagnose.refine import Refined, contenders, screened
+from rcc_sim.diagnose.refine import TIED, Refined, contenders, screened
 from rcc_sim.diagnose.remainder import Remainder, remainder
 from rcc_sim.diagnose.screen import Screened
 from rcc_sim.diagnose.sums import with_all_figures
@@ -90,6 +90,7 @@ def compete(
     ranking: dict[str, float] = {}
     outdone: set[str] = set()
     current = null
+    close: list[Refined] = []
     for turn in range(MOST_CAUSES):
         told(f"screening for cause {turn + 1}")
         found = screened(engine, current, free_of(candidates, causes))
@@ -99,6 +100,7 @@ def compete(
         refined = contenders(engine, current, found, ENOUGH)
         if not causes:
             ranking |= {r.screened.candidate.effect: r.gain for r in refined}
+            close = [r for r in refined if r.gain > refined[0].gain - TIED]
         best = next((r for r in refined if r.reaches(ENOUGH)), None)
         one = cause_of(best) if best else None
         named = {c.effect for c in candidates} - {
@@ -120,6 +122,7 @@ def compete(
     told("leaving out what is not needed")
     engine, causes, current = without_outdone(engine, causes, current)
     causes, current = without_idle(engine, causes, current)
+    causes, current = one_alone(engine, causes, current, close)
     causes.sort(key=lambda c: -c.gain)
     # beside all the causes; what took a tolerance's place was not tried at strengths
     tried = {r.candidate.effect: r for r, _ in found if r.shown}
@@ -232,6 +235,23 @@ def without_idle(
         if fit.score - less.score + eased < ENOUGH:
             causes = [c for c in causes if c is not cause]
             fit = descent.fit(engine, less.values, less.knobs, less.noise)
+    return causes, fit
+
+
+def one_alone(
+    engine: Engine, causes: list[Cause], fit: Fit, close: Sequence[Refined]
+) -> tuple[list[Cause], Fit]:
+    """Return one cause in the place of several if it does as well alone.
+
+    What came first by a nat may need a second to do what its twin does by itself.
+    """
+    if len(causes) < 2 or any(c.profiles for c in causes):
+        return causes, fit
+    taken = {c.effect for c in causes}
+    for one in (r for r in close if r.screened.candidate.effect not in taken):
+        alone = descent.fit(engine, one.fit.values, one.fit.knobs, one.fit.noise)
+        if alone.score > fit.score - ENOUGH * (len(causes) - 1):
+            return [cause_of(replace(one, fit=alone))], alone
     return causes, fit
 
 
