@@ -1,6 +1,7 @@
 """How far out a grid of strengths is tried."""
 
 from math import inf
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,9 +15,9 @@ ALONG, ACROSS = np.eye(2) * 10.0
 class Lines(Screen):
     """A neighbourhood in which a figure's signal grows in proportion to it."""
 
-    def __init__(self, left, signal):
+    def __init__(self, left, signal, prior=0.0):
         self.left, self.one, self.tried = left, signal, []
-        self.promised = {}
+        self.promised, self.base = {}, SimpleNamespace(prior=prior)
 
     def signal(self, values):
         (x,) = values.values()
@@ -32,6 +33,12 @@ def test_clear_signals_that_promise_nothing_are_followed_no_further():
     screen = Lines(ALONG, ACROSS)
     assert screen.scan(grid(1.0, 2.0, 3.0), {}) == (0.0, 0.0)
     assert screen.tried == [1.0, 2.0]
+
+
+def test_all_are_tried_where_figures_of_the_file_were_pulled_far():
+    screen = Lines(ALONG, ACROSS, prior=-38.0)  # they may stand in for stronger ones
+    screen.scan(grid(1.0, 2.0, 3.0), {})
+    assert screen.tried == [1.0, 2.0, 3.0]
 
 
 def test_each_side_of_what_the_file_states_begins_next_to_it():
