@@ -202,21 +202,25 @@ def refuse_other_drives(log: Trace, repeats: Sequence[Trace]) -> None:
         Naming the repeat and how little it is alike.
     """
     for other in repeats:
-        shared = [n for n in ALIKE_BY if n in log and n in other]
-        for name in shared[:1]:
-            there = _at_equal_times(name, log, other)
-            both = np.isfinite(log[name]) & np.isfinite(there)
-            a, b = log[name][both], there[both]
-            if both.sum() <= FEWEST or not (np.ptp(a) > 0 and np.ptp(b) > 0):
-                continue
-            alike = float(np.corrcoef(a, b)[0, 1])
-            if alike < ALIKE:
-                raise InputError(
-                    f"--repeats: {other.name}: {name}: not the drive of {log.name}: "
-                    f"at equal times from their starts they correlate by {alike:.2f}",
-                    "a repeat is the same drive again; another drive may be judged "
-                    "with --holdout",
-                )
+        name = next((n for n in ALIKE_BY if n in log and n in other), None)
+        alike = 1.0 if name is None else _alike(name, log, other)
+        if alike < ALIKE:
+            raise InputError(
+                f"--repeats: {other.name}: {name}: not the drive of {log.name}: "
+                f"at equal times from their starts they correlate by {alike:.2f}",
+                "a repeat is the same drive again; another drive may be judged "
+                "with --holdout",
+            )
+
+
+def _alike(name: str, log: Trace, other: Trace) -> float:
+    """Return the correlation of a channel in two logs; 1 where they do not tell."""
+    there = _at_equal_times(name, log, other)
+    both = np.isfinite(log[name]) & np.isfinite(there)
+    a, b = log[name][both], there[both]
+    if len(a) <= FEWEST or not (np.ptp(a) > 0 and np.ptp(b) > 0):
+        return 1.0
+    return float(np.corrcoef(a, b)[0, 1])
 
 
 def _repeated(name: str, log: Trace, repeats: Sequence[Trace]) -> float | None:

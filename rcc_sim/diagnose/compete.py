@@ -202,11 +202,9 @@ def without_outdone(
             break
         less = {i: p.reversed for i, p in cause.profiles.items()}
         bare = with_acting(engine, less)
-        now = bare.attempt(fit.values, fit.knobs, fit.noise)
-        if now is None:
+        others = under_its_noise(bare, fit)
+        if others is None:
             continue
-        along = bare.whitened(fit.signals, fit.noise)
-        others = descent.improve(bare, now, along=along, fixed=True, rounds=3)
         if fit.score - others.score < min(map(enough_of, cause.profiles.values())):
             causes = [c for c in causes if c is not cause]
             engine, fit = bare, descent.fit(bare, others.values, fit.knobs)
@@ -220,22 +218,26 @@ def without_idle(
     for cause in [c for c in causes if not c.profiles]:
         if len(causes) < 2:
             break
-        kept = [
-            (j, k)
-            for j, k in zip(fit.signals, fit.knobs, strict=True)
-            if k.key not in cause.keys
-        ]
-        start = {k: x for k, x in fit.values.items() if k not in cause.keys}
-        now = engine.attempt(start, [k for _, k in kept], fit.noise)
-        if now is None:
+        less = under_its_noise(engine, fit.without(cause.keys))
+        if less is None:
             continue
-        along = engine.whitened([j for j, _ in kept], fit.noise)
-        less = descent.improve(engine, now, along=along, fixed=True, rounds=3)
         eased = max(fit.prior - less.prior, 0.0)
         if fit.score - less.score + eased < ENOUGH:
             causes = [c for c in causes if c is not cause]
             fit = descent.fit(engine, less.values, less.knobs, less.noise)
     return causes, fit
+
+
+def under_its_noise(engine: Engine, fit: Fit) -> Fit | None:
+    """Fit the figures of a fit to these logs by the noise and the signals that it has.
+
+    None where no vehicle could have them.
+    """
+    now = engine.attempt(fit.values, fit.knobs, fit.noise)
+    if now is None:
+        return None
+    along = engine.whitened(fit.signals, fit.noise)
+    return descent.improve(engine, now, along=along, fixed=True, rounds=3)
 
 
 def one_alone(

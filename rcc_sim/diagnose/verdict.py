@@ -130,8 +130,8 @@ def standing(causes: Sequence[Cause], left: Remainder, fit: Fit) -> list[Cause]:
 def is_steady(cause: Cause, left: Remainder) -> bool:
     """Tell whether a cause that was taken as constant acts all the time."""
     share = UNSTEADY * cause.gain * cause.sharpened
-    some = UNSTEADY_ENOUGH
-    most = max(share, some) if left.is_real else share + some
+    some = (share, UNSTEADY_ENOUGH)
+    most = max(some) if left.is_real else sum(some)
     return left.change_of(cause.effect) <= most
 
 

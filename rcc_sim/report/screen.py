@@ -9,8 +9,7 @@ from math import exp
 
 import numpy as np
 
-from rcc_sim.analyse.gap import Gap
-from rcc_sim.analyse.gap_energy import COVERAGE, logged_power
+from rcc_sim.analyse.gap_energy import COVERAGE, EnergyGap, logged_power
 from rcc_sim.analyse.gap_regimes import moving_mean
 from rcc_sim.diagnose.diagnosis import Diagnosis
 from rcc_sim.diagnose.experiment import Experiment
@@ -164,16 +163,15 @@ def _gap(found: Diagnosis) -> Iterator[tuple[str, str]]:
             place = "battery" if e.at == "battery" else "shaft"
             text += (
                 f": {place} energy {_rounded(e.gap_percent, 1)} % ({_wh(e.gap_wh)} of "
-                f"{e.measured_wh:.4g}), {_within(gap)}"
+                f"{e.measured_wh:.4g}), {_within(e)}"
             )
         yield "GAP", text
     if len(found.gaps) > SHOWN:
         yield "", f"and {len(found.gaps) - SHOWN} logs more"
 
 
-def _within(gap: Gap) -> str:
+def _within(e: EnergyGap) -> str:
     """Return an energy gap's doubt, and whether it is more than that."""
-    e = gap.energy
     told = f"u_val {figures(e.u_val, 2)} Wh"
     if e.within is None:
         return told

@@ -9,6 +9,7 @@ from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.cause import ENOUGH, Cause
 from rcc_sim.diagnose.compete import one_alone
 from rcc_sim.diagnose.knobs import Knob
+from rcc_sim.diagnose.refine import Refined
 
 DRAG = Cause("aerodynamic_drag", ("effects.aerodynamic_drag.drag_area_m2",), 186.0)
 FRICTION = Cause("drivetrain_friction", ("effects.drivetrain_friction.torque_nm",), 15)
@@ -16,7 +17,6 @@ DAMPING = "effects.drivetrain_damping.damping_nms_per_rad"
 
 
 def fitted(score):
-    white = SimpleNamespace(valid=np.ones(9, bool))
     return SimpleNamespace(
         score=score,
         values={DAMPING: 0.02},
@@ -24,15 +24,12 @@ def fitted(score):
         noise=[lambda e: e],
         signals=[[np.ones(9)]],
         residuals=[np.zeros(9)],
-        white=white,
     )
 
 
 def twin(score):
     candidate = SimpleNamespace(effect="drivetrain_damping")
     screened = SimpleNamespace(candidate=candidate, values={DAMPING: 0.02})
-    from rcc_sim.diagnose.refine import Refined
-
     return Refined(screened, fitted(score), 185.0, 185.0)
 
 

@@ -147,15 +147,14 @@ def height_leaps(time: Array, columns: Columns) -> tuple[Rows, list[Finding]]:
     """
     nothing = np.empty(0, dtype=np.intp)
     height, speed = columns.get("elevation_m"), columns.get("speed_mps")
-    if height is None or speed is None or len(time) < 20:
+    if height is None or speed is None:
         return nothing, []
     there = np.flatnonzero(np.isfinite(height))
     if len(there) < 20:
         return nothing, []
-    pace = np.abs(np.where(np.isfinite(speed), speed, 0.0))
-    way = np.concatenate(
-        [[0.0], np.cumsum(0.5 * (pace[1:] + pace[:-1]) * np.diff(time))]
-    )
+    from rcc_sim.simulate.drive import integral_of
+
+    way = integral_of(time, np.abs(np.where(np.isfinite(speed), speed, 0.0)))
     rise = np.diff(height[there])
     usual = np.abs(rise[rise != 0])
     if not len(usual):
