@@ -25,10 +25,16 @@ POSE = ("x_m", "y_m", "yaw_rad", "elevation_m", "aux_power_w")
 INERTIAL = ("yaw_rate_radps", "accel_x_mps2", "accel_y_mps2")
 """Columns of an inertial measurement unit: its gyro, its accelerometers."""
 
-SCALES = {"motor_torque_nm": 0.03, **dict.fromkeys(INERTIAL, 0.015)}
+SCALES = {
+    "motor_torque_nm": 0.03,
+    "elevation_m": 0.1,
+    **dict.fromkeys(INERTIAL, 0.015),
+}
 """Share that a sensor may read too much, one sd: a torque that an inverter works out,
-by the warm magnets and the saturation of a road car's motor; gyro and accelerometers by
-their sensitivity, which data sheets of the usual chips give to 1 to 3 %."""
+by the warm magnets and the saturation of a road car's motor; an altimeter, by the
+warmth of the air under it, to which a barometer's climbs are in proportion, and by its
+filter; gyro and accelerometers by their sensitivity, which data sheets of the usual
+chips give to 1 to 3 %."""
 
 
 def checked_sensors(raw: dict[str, Any], where: str) -> dict[str, Sensor]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from rcc_sim.analyse.offsets import OFFSETS
 from rcc_sim.diagnose.fit import Fit, Tangent
-from rcc_sim.diagnose.knobs import BIAS, SCALE, Knob, figures_of
+from rcc_sim.diagnose.knobs import BIAS, Knob, figures_of
 from rcc_sim.diagnose.noise import (
     SHORT,
     Whitener,
@@ -92,15 +92,13 @@ class Engine:
         return found
 
     def offset(self, key: str) -> dict[int, Array | float]:
-        """What size 1 adds to each track: offset, drag of bends, scale or delay."""
+        """What size 1 adds to each track: an offset, or a shape of its own."""
         name = key.removeprefix(BIAS)
         log, _, what = name.partition(".")
         mine = [(k, c) for k, (i, c) in enumerate(self.tracks) if i == int(log)]
-        problem = self.problems[int(log)]
-        of_scale = {column + SCALE: x for column, x in problem.scaled.items()}
-        shapes = problem.bends | problem.late | of_scale
-        if what in shapes:
-            return {k: x for (k, _), x in zip(mine, shapes[what], strict=True)}
+        shape = self.problems[int(log)].shapes.get(what)
+        if shape is not None:
+            return {k: x for (k, _), x in zip(mine, shape.tracks, strict=True)}
         return {k: 1.0 for k, c in mine if c == what}
 
     def learn_noise(self, residuals: list[Array]) -> list[Whitener]:

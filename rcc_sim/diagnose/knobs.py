@@ -9,10 +9,11 @@ from math import exp, inf, isfinite
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.analyse.offsets import offset_sd, scale_sd
+from rcc_sim.analyse.offsets import offset_sd
 from rcc_sim.definitions.figure import Z_90
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.problem import Problem
+from rcc_sim.diagnose.shapes import SCALE
 from rcc_sim.physics.effects import EFFECTS
 
 Array = NDArray[np.float64]
@@ -20,19 +21,13 @@ Array = NDArray[np.float64]
 CURRENT_LOOP_LAG = 0.003
 """Lag that any current loop may have; bandwidths are 50 Hz to some kHz. [s]"""
 
-BEND_SHARE = 0.5
-"""Share of a bend's drag that a driver may make up for late, one sd."""
-
-OFF_THE_ROW = 0.3
-"""Rows by which readings may be off their row's time, one sd: half a row either way."""
-
 LEAST = 0.2
 """Share of what is stated below which no mass, length or stiffness is."""
 
 RADIUS = "effects.wheel_radius.scale"
 YAW_INERTIA = "body.yaw_inertia_kgm2"
 
-BIAS, SCALE = "bias.", ".scale"
+BIAS = "bias."
 
 OWN = "own."
 
@@ -166,9 +161,8 @@ def bounds_of(problem: Problem, key: str) -> tuple[float, float]:
 def bias_knobs(problem: Problem, log: int = 0) -> list[Knob]:
     """An offset for each sensor but those that count: encoder and charge.
 
-    Nor for one whose offset was withheld: that is what is to be found. And the share
-    of each bend's drag that the power shows late, and that by which a torque or an IMU
-    reads too much.
+    Nor for one whose offset was withheld: that is what is to be found. And all else
+    that may be a little off in a log.
     """
     knobs = []
     for c in problem.channels:
@@ -179,13 +173,8 @@ def bias_knobs(problem: Problem, log: int = 0) -> list[Knob]:
         counted = c == "speed_mps" or (c == "battery_power_w" and problem.charge)
         if not counted and sd > 0:
             knobs.append(Knob(bias_key(log, c), 0.0, sd))
-    knobs += [Knob(bias_key(log, name), 0.0, BEND_SHARE) for name in problem.bends]
-    late = OFF_THE_ROW * problem.row
-    knobs += [Knob(bias_key(log, name), 0.0, late) for name in problem.late]
-    for column in problem.scaled:
-        share = scale_sd(problem.vehicle, column)
-        if share > 0:
-            knobs.append(Knob(scale_key(log, column), 0.0, share))
+    off = problem.shapes.items()
+    knobs += [Knob(bias_key(log, name), 0.0, shape.sd) for name, shape in off]
     return knobs
 
 

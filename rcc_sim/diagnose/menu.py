@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.definitions.vehicle import Vehicle
-from rcc_sim.diagnose.problem import LATERAL, Problem
+from rcc_sim.diagnose.problem import Problem
+from rcc_sim.diagnose.shapes import LATERAL
 from rcc_sim.simulate.drive import COMMANDS, drive_of
 from rcc_sim.simulate.replay import replay
 from rcc_sim.trace import Trace

@@ -13,13 +13,12 @@ from rcc_sim.analyse.charge import Charge, battery_energy
 from rcc_sim.analyse.gap_regimes import HELD, Scale, moving_mean, rows_in, stands
 from rcc_sim.analyse.gap_stages import torqued, untorqued
 from rcc_sim.analyse.heading import TURN_RATE, turn_rate
-from rcc_sim.definitions.sensors import INERTIAL
 from rcc_sim.definitions.vehicle import Vehicle
+from rcc_sim.diagnose.shapes import LATERAL, TORQUE, Shape, shapes_of
 from rcc_sim.physics.step import SLIP_BLEND
 from rcc_sim.simulate.drive import Drive, integral_of, is_surveyed
 from rcc_sim.simulate.replay import replay
 from rcc_sim.simulate.smooth import interval_of
-from rcc_sim.simulate.spans import CLOSE, FLOWS
 from rcc_sim.trace import Trace
 from rcc_sim.units import RHO_AIR, G
 
@@ -45,10 +44,6 @@ BRAKED, SLIGHT = 1.0, 0.02
 """Time over which a torque that slows the car is a mean, and share of the largest that
 it must be: less is noise of the speed. Of the top speed: at less it stands. [s]"""
 
-TORQUE = "motor_torque_nm"
-
-LATERAL = ("yaw_rate_radps", TURN_RATE, "accel_y_mps2")
-
 RECALLS = (0.2, 1.0)
 """Times in which the model's speed, and its loop's integral, come to the log's. [s]
 
@@ -58,15 +53,6 @@ whatever memory this leaves in the residuals the noise model takes up.
 
 SLOW = 20.0
 """Speed below which cornering is not judged, in times that at which slip blends."""
-
-MADE_UP = 1.0
-"""Time in which a driver makes up for what a bend took from the speed. [s]"""
-
-A_LITTLE = 0.01
-"""Share by which a torque is changed to see what its gain does."""
-
-CALMED = 5
-"""Rows over which a channel is a mean before its rate of change is taken."""
 
 MIN_ROWS = 30
 
@@ -173,71 +159,9 @@ class Problem:
         return [self.log[c] - out[c] for c in self.channels]
 
     @cached_property
-    def bends(self) -> dict[str, list[Array]]:
-        """What the drag of bends does to each channel, where it may go unseen.
-
-        A car slows a little in a bend, by less than a noisy speed shows, until its
-        driver makes up for it. In a drive that is imposed that share of the drag is
-        missing in the power at first (``bend``), and comes late (``bend_late``).
-        """
-        if not (self.drive.imposed and self.drive.steered) or self.charge is not None:
-            return {}
-        ref, steer, throttle, aux = self.drive.commands
-        straight = (ref, np.zeros_like(steer), throttle, aux)
-        on = replace(self, drive=replace(self.drive, commands=straight)).predict({})
-        unmoved = (*LATERAL, "accel_x_mps2")
-        drag = [
-            np.nan_to_num(self.nominal[c] - on[c]) * (c not in unmoved)
-            for c in self.channels
-        ]
-        ages = np.arange(0, 8 * MADE_UP, self.row)
-        late = np.exp(-ages / MADE_UP)
-        late /= late.sum()
-        return {
-            "bend": [-x for x in drag],
-            "bend_late": [np.convolve(x, late)[: len(x)] for x in drag],
-        }
-
-    @cached_property
-    def late(self) -> dict[str, list[Array]]:
-        """What readings that come late do to each channel, per second, where unsure.
-
-        Between commands of some rows a second no log says for certain whether its
-        flows, or its accelerometers, are samples or means since the row before.
-        """
-        if self.drive.imposed or self.row < CLOSE:
-            return {}
-        time = self.log["time_s"]
-        # as measured: the model's own rates are wrong where a cause is missing
-        calm = [moving_mean(self.log[c], CALMED) for c in self.channels]
-        rates = [np.gradient(x, time) for x in calm]
-        kinds = {"late_flows": FLOWS, "late_accel": ("accel_x_mps2", "accel_y_mps2")}
-        return {
-            kind: [-x * (c in those) for c, x in zip(self.channels, rates, strict=True)]
-            for kind, those in kinds.items()
-            if set(those) & set(self.channels)
-        }
-
-    @cached_property
-    def scaled(self) -> dict[str, list[Array]]:
-        """What a sensor that reads too much does to each channel, per unit, by column.
-
-        An inertial sensor does it to what it reads. An inverter works its torque out,
-        from currents and a map: it is what an imposed drive takes its power from, too;
-        in a commanded one the current is measured.
-        """
-        found = {}
-        for column in (c for c in self.channels if c in INERTIAL):
-            found[column] = [self.nominal[c] * (c == column) for c in self.channels]
-        if self.drive.imposed and TORQUE in self.channels:
-            less = self.by_true_torque(A_LITTLE).predict({})
-            found[TORQUE] = [
-                self.nominal[c]
-                if c == TORQUE
-                else (less[c] - self.nominal[c]) / A_LITTLE
-                for c in self.channels
-            ]
-        return {name: list(map(np.nan_to_num, x)) for name, x in found.items()}
+    def shapes(self) -> dict[str, Shape]:
+        """What may be a little off in the log without being a cause."""
+        return shapes_of(self)
 
     def by_true_torque(self, gain: float) -> Problem:
         """Return the log with its measured torque, which reads so much too much."""

@@ -10,6 +10,7 @@ from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.knobs import nuisance_knobs
 from rcc_sim.diagnose.posed import problem_of
+from rcc_sim.diagnose.shapes import bends_of
 
 
 def problems_of(folder, family, cases):
@@ -38,18 +39,18 @@ def test_drives_without_a_cause_ask_for_a_share_of_the_drag_of_bends(tmp_path):
 
 def test_a_drive_by_its_own_commands_has_no_such_share(tmp_path):
     (problem,) = problems_of(tmp_path / "rc", "rc", 1)
-    assert not problem.bends
+    assert not bends_of(problem)
 
 
 def test_the_late_share_follows_with_the_memory_that_is_stated(tmp_path):
     (problem,) = problems_of(tmp_path / "ev", "ev", 1)
-    k = problem.channels.index("battery_current_a")
-    now, late = -problem.bends["bend"][k], problem.bends["bend_late"][k]
+    k, bends = problem.channels.index("battery_current_a"), bends_of(problem)
+    now, late = -bends["bend"][k], bends["bend_late"][k]
     # a first-order lag: d(late)/dt = (now - late) / 1 s, in rows of 0.1 s
     steps = late[1:] - late[:-1] * np.exp(-0.1)
     assert steps == pytest.approx(now[1:] * (1 - np.exp(-0.1)), abs=2e-3 * now.max())
     assert not any(
         np.any(x)
-        for x, c in zip(problem.bends["bend"], problem.channels, strict=True)
+        for x, c in zip(bends["bend"], problem.channels, strict=True)
         if c in ("yaw_rate_radps", "accel_x_mps2", "accel_y_mps2")
     )

@@ -1,0 +1,165 @@
+"""What may be a little off in a log without being a cause, by what it does to channels.
+
+Each is a shape for every channel that is compared, which a fit adds in some size: the
+drag of bends that a driver makes up for late, readings that are not of their row's own
+time, sensors that read too much.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rcc_sim.analyse.gap_regimes import moving_mean
+from rcc_sim.analyse.heading import TURN_RATE
+from rcc_sim.analyse.offsets import scale_sd
+from rcc_sim.definitions.sensors import INERTIAL
+from rcc_sim.simulate.spans import CLOSE, FLOWS
+
+if TYPE_CHECKING:
+    from rcc_sim.diagnose.problem import Problem
+
+Array = NDArray[np.float64]
+
+TORQUE = "motor_torque_nm"
+
+LATERAL = ("yaw_rate_radps", TURN_RATE, "accel_y_mps2")
+
+BATTERY = ("battery_voltage_v", "battery_current_a", "battery_power_w")
+
+BEND_SHARE = 0.5
+"""Share of a bend's drag that a driver may make up for late, one sd."""
+
+MADE_UP = 1.0
+"""Time in which a driver makes up for what a bend took from the speed. [s]"""
+
+OFF_THE_ROW = 0.3
+"""Rows by which readings may be off their row's time, one sd: half a row either way."""
+
+NEIGHBOURS = (-2, -1, 1, 2)
+"""Rows beside its own that a reading may be a mean of."""
+
+CALMED = 5
+"""Rows over which a channel is a mean before its rate of change is taken."""
+
+A_LITTLE = 0.01
+"""Share by which a torque or a slope is changed to see what its gain does."""
+
+SCALE = ".scale"
+
+
+class Shape(NamedTuple):
+    """What size 1 adds to each channel that is compared, and one sd of the size."""
+
+    tracks: list[Array]
+    sd: float
+
+
+def shapes_of(problem: Problem) -> dict[str, Shape]:
+    """Return all that may be a little off in a log, by name."""
+    off = {name: Shape(x, BEND_SHARE) for name, x in bends_of(problem).items()}
+    off |= {name: Shape(x, OFF_THE_ROW) for name, x in late_of(problem).items()}
+    for column, tracks in scaled_of(problem).items():
+        sd = scale_sd(problem.vehicle, column)
+        if sd > 0:
+            known = [np.nan_to_num(x) for x in tracks]
+            off[column + SCALE] = Shape(known, sd)
+    return off
+
+
+def bends_of(problem: Problem) -> dict[str, list[Array]]:
+    """What the drag of bends does to each channel, where it may go unseen.
+
+    A car slows a little in a bend, by less than a noisy speed shows, until its driver
+    makes up for it. In a drive that is imposed that share of the drag is missing in the
+    power at first (``bend``), and comes late (``bend_late``).
+    """
+    drive = problem.drive
+    if not (drive.imposed and drive.steered) or problem.charge is not None:
+        return {}
+    ref, steer, throttle, aux = drive.commands
+    straight = (ref, np.zeros_like(steer), throttle, aux)
+    on = replace(problem, drive=replace(drive, commands=straight)).predict({})
+    unmoved = (*LATERAL, "accel_x_mps2")
+    drag = [
+        np.nan_to_num(problem.nominal[c] - on[c]) * (c not in unmoved)
+        for c in problem.channels
+    ]
+    ages = np.arange(0, 8 * MADE_UP, problem.row)
+    late = np.exp(-ages / MADE_UP)
+    late /= late.sum()
+    return {
+        "bend": [-x for x in drag],
+        "bend_late": [np.convolve(x, late)[: len(x)] for x in drag],
+    }
+
+
+def late_of(problem: Problem) -> dict[str, list[Array]]:
+    """What readings that are not of their row's time do to each channel, per row.
+
+    Between commands of some rows a second no log says for certain whether its flows, or
+    its accelerometers, are samples or means since the row before. Where a torque that
+    was measured drives the model, it is on another clock than the battery's meter, and
+    filtered otherwise: of a BMW's current 0.4 is by its row's torque, the rest by that
+    of the three about it. What that leaves in fast changes would be told as a gain.
+    """
+    if problem.row < CLOSE or problem.charge is not None:
+        return {}
+    if problem.torqued:
+        off = {f"flows_{k:+d}": (k, BATTERY) for k in NEIGHBOURS}
+        return {
+            name: [
+                np.nan_to_num(shifted(x, k) - x) * (c in columns)
+                for c, x in ((c, problem.nominal[c]) for c in problem.channels)
+            ]
+            for name, (k, columns) in off.items()
+        }
+    if problem.drive.imposed:
+        return {}
+    # as measured: the model's own rates are wrong where a cause is missing
+    calm = [moving_mean(problem.log[c], CALMED) for c in problem.channels]
+    rates = [problem.row * np.gradient(x, problem.log["time_s"]) for x in calm]
+    kinds = {"late_flows": FLOWS, "late_accel": ("accel_x_mps2", "accel_y_mps2")}
+    return {
+        kind: [-x * (c in those) for c, x in zip(problem.channels, rates, strict=True)]
+        for kind, those in kinds.items()
+        if set(those) & set(problem.channels)
+    }
+
+
+def shifted(x: Array, rows: int) -> Array:
+    """Return a channel (n,) as it is so many rows later; its ends go on."""
+    n = len(x)
+    return x[np.clip(np.arange(n) + rows, 0, n - 1)]
+
+
+def scaled_of(problem: Problem) -> dict[str, list[Array]]:
+    """What a sensor that reads too much does to each channel, per unit, by column.
+
+    An inertial sensor does it to what it reads. An inverter works its torque out, from
+    currents and a map: it is what an imposed drive takes its power from, too; in a
+    commanded one the current is measured. An altimeter makes the slopes of the road:
+    one that shows climbs where there are none reads too much by 1.
+    """
+    nominal, channels = problem.nominal, problem.channels
+    found = {}
+    for column in (c for c in channels if c in INERTIAL):
+        found[column] = [nominal[c] * (c == column) for c in channels]
+
+    def per_unit(less: Problem) -> list[Array]:
+        out = less.predict({})
+        return [(out[c] - nominal[c]) / A_LITTLE for c in channels]
+
+    if problem.drive.imposed and TORQUE in channels:
+        told = per_unit(problem.by_true_torque(A_LITTLE))
+        told[channels.index(TORQUE)] = nominal[TORQUE]
+        found[TORQUE] = told
+    distance, slope = problem.drive.road
+    if problem.surveyed and slope.any():
+        road = (distance, (1 - A_LITTLE) * slope)
+        flatter = replace(problem, drive=replace(problem.drive, road=road))
+        found["elevation_m"] = per_unit(flatter)
+    return found
