@@ -26,6 +26,7 @@ from rcc_sim.diagnose.engine import MEMORY, Engine
 from rcc_sim.diagnose.experiment import next_experiments
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.hold_out import leave_shaft, proof
+from rcc_sim.diagnose.misread import misread
 from rcc_sim.diagnose.posed import problem_of
 from rcc_sim.diagnose.remainder import clearest, remainder
 from rcc_sim.diagnose.sums import with_all_figures
@@ -139,6 +140,9 @@ def diagnose(
         shrink, before, after = proof(
             acting, engine, fit, fresh, {}, by_torque=by_torque
         )
+    gaps = tuple(
+        replace(g, findings=(*g.findings, *misread(fit, i))) for i, g in enumerate(gaps)
+    )
     row = size_of(problems[0], "row")
     farthest = max(map(abs, moved(fit, stated).values()), default=0.0)
     if any(battery_of_another(g.findings) for g in gaps):

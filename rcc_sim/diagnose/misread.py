@@ -1,0 +1,34 @@
+"""Sensors that a fit found to read what the rest of a log contradicts."""
+
+from __future__ import annotations
+
+from rcc_sim.analyse.logcheck.finding import Finding
+from rcc_sim.diagnose.fit import Fit
+from rcc_sim.diagnose.knobs import scale_key
+from rcc_sim.diagnose.verdict import TOLERATED
+
+ALTIMETER = "elevation_m"
+
+
+def misread(fit: Fit, log: int = 0) -> tuple[Finding, ...]:
+    """Return what to say of an altimeter whose climbs were not those of the road.
+
+    The model has them by the share that power, torque and accelerometer felt: none
+    where it was out of step, or of another road.
+    """
+    key = scale_key(log, ALTIMETER)
+    sd = next((k.sd for k in fit.knobs if k.key == key), 0.0)
+    scale = fit.values.get(key, 0.0)
+    if not sd or abs(scale) <= TOLERATED * sd:
+        return ()
+    felt = round(100 * (1 - scale))
+    return (
+        Finding(
+            "inconsistent",
+            ALTIMETER,
+            f"shows climbs of which the car felt {felt} %: it is out of step, of "
+            "another road, or badly scaled",
+            action="taken as felt; --hide elevation_m leaves it out",
+            severity="warning",
+        ),
+    )

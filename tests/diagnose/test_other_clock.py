@@ -1,0 +1,100 @@
+"""A battery's meter on another clock, and an altimeter out of step, are no causes."""
+
+import numpy as np
+import pytest
+
+from rcc_sim.definitions.cycle import parse_cycle
+from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose import descent
+from rcc_sim.diagnose.engine import Engine
+from rcc_sim.diagnose.knobs import nuisance_knobs
+from rcc_sim.diagnose.misread import misread
+from rcc_sim.diagnose.posed import problem_of
+from rcc_sim.diagnose.shapes import NEIGHBOURS, late_of
+from rcc_sim.simulate.run import simulate
+from rcc_sim.trace import Trace
+from rcc_sim.units import G
+
+CAR = load_vehicle("bmw_i3")
+RUN = simulate(CAR, parse_cycle("udds[20:320]"), imposed=True, output_rate=10.0).trace
+COLUMNS = ("time_s", "speed_mps", "accel_x_mps2", "motor_torque_nm", "battery_power_w")
+NOISE = {
+    "speed_mps": 0.005,
+    "accel_x_mps2": 0.05,
+    "motor_torque_nm": 0.5,
+    "battery_power_w": 60.0,
+}
+
+
+def seen(**changed):
+    """The drive as sensors see it, some columns changed."""
+    rng = np.random.default_rng(5)
+    log = {c: RUN[c] for c in COLUMNS} | changed
+    noisy = {c: x + rng.normal(0, NOISE.get(c, 0.0), len(x)) for c, x in log.items()}
+    return problem_of(Trace(noisy | {"time_s": RUN["time_s"]}, name="log"), CAR)
+
+
+def tolerances(problem, but=""):
+    knobs = [k for k in nuisance_knobs([problem]) if not but or but not in k.key]
+    return descent.fit(Engine([problem]), {}, knobs)
+
+
+def off(fit, key):
+    knob = next(k for k in fit.knobs if k.key == key)
+    return (fit.values[key] - knob.value) / knob.sd
+
+
+def test_a_meter_that_averages_the_rows_about_its_own_does_not_change_the_gain():
+    """Which taps it has is found; without them its lag is told as an efficiency."""
+    taps = {-1: 0.35, 0: 0.4, 1: 0.25}  # before, at and after the row
+    power = sum(w * np.roll(RUN["battery_power_w"], -k) for k, w in taps.items())
+    problem = seen(battery_power_w=power)
+    fit, without = tolerances(problem), tolerances(problem, but="flows_")
+    for rows in NEIGHBOURS:
+        found = fit.values[f"bias.0.flows_{rows:+d}"]
+        assert found == pytest.approx(taps.get(rows, 0.0), abs=0.05)
+    scale = "effects.motor_efficiency.scale"
+    assert abs(off(fit, scale)) < 1.0
+    assert without.score < fit.score - 100
+
+
+def test_only_a_drive_by_its_torque_has_such_taps():
+    assert late_of(seen()).keys() == {f"flows_{k:+d}" for k in NEIGHBOURS}
+    bare = {c: RUN[c] for c in COLUMNS if c != "motor_torque_nm"}
+    assert not late_of(problem_of(Trace(bare, name="log"), CAR))
+
+
+def climbs(late=0.0):
+    """A hilly road that the car felt, and heights logged so much later. [m]"""
+    way = np.concatenate(
+        [[0.0], np.cumsum(RUN["speed_mps"][1:] * np.diff(RUN["time_s"]))]
+    )
+    slope = 0.03 * np.sin(way / 150)
+    height = np.concatenate([[0.0], np.cumsum(slope[1:] * np.diff(way))])
+    logged = np.interp(RUN["time_s"] - late, RUN["time_s"], height)
+    weight = CAR.body.mass_kg.value * G
+    lever = CAR.tyres.radius_m.value / CAR.drivetrain.gear_ratio.value
+    torque = RUN["motor_torque_nm"] + weight * slope * lever
+    power = RUN["battery_power_w"] + weight * slope * RUN["speed_mps"]
+    felt = RUN["accel_x_mps2"] + G * slope
+    return {
+        "motor_torque_nm": torque,
+        "battery_power_w": power,
+        "accel_x_mps2": felt,
+        "elevation_m": logged,
+    }
+
+
+def test_heights_of_the_road_are_believed():
+    fit = tolerances(seen(**climbs()))
+    assert abs(fit.values["bias.0.elevation_m.scale"]) < 0.2
+    assert misread(fit) == ()
+
+
+def test_heights_that_come_late_are_told_and_move_no_figure_of_the_car():
+    problem = seen(**climbs(late=20.0))
+    fit, without = tolerances(problem), tolerances(problem, but="elevation_m")
+    (finding,) = misread(fit)
+    assert finding.channel == "elevation_m" and "out of step" in finding.what
+    assert fit.values["bias.0.elevation_m.scale"] > 0.6
+    assert without.score < fit.score - 100
