@@ -169,7 +169,8 @@ ADVICE = {
     "sensors.latency_s": "how late it reads, one for all columns of a sensor; the same "
     "as that sensor's figure of effects.sensor_delay, which counts where both stand",
     "sensors.scale_sd": "share by which it may read too much or too little; of "
-    "motor_torque_nm, 0.03 where none is stated, of yaw rate and accelerations, 0.015",
+    "motor_torque_nm, 0.03 where none is stated, of elevation_m, 0.1, of yaw rate and "
+    "accelerations, 0.015",
     "vehicle.name": "letters, digits, _ . and - only",
 }
 """Key -> what to say when its value is refused."""
