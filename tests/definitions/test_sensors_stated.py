@@ -63,7 +63,7 @@ def test_what_the_effect_states_counts(file_of):
         ("[sensors.speed_mps]\nlatency_s = 3", "between 0 and 2"),
         (
             "[sensors.speed_mps]\nscale_sd = 0.1",
-            "is read of motor_torque_nm, yaw_rate_radps, accel_x_mps2, accel_y_mps2",
+            "is read of motor_torque_nm, elevation_m, yaw_rate_radps, accel_x_mps2",
         ),
         (
             "[sensors.speed_mps]\nlatency_s = 0.1\n"

@@ -14,7 +14,7 @@ from rcc_sim.diagnose.varying import WINDOW_COUNTS
 from rcc_sim.trace import Trace
 
 DATA = Path(__file__).resolve().parents[3] / "shared/data"
-TRIP = DATA / "real_ev/bmw_i3_tum/TripB33.csv.gz"
+TRIP = DATA / "real_ev/bmw_i3_tum/TripA23.csv.gz"
 
 
 @pytest.mark.slow
