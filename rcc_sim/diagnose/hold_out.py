@@ -215,7 +215,8 @@ def energy_percent(
     """Energy gap of free runs with these figures on rows that they did not see.
 
     A torque that was measured reads as much too much as its log says; in one that no
-    fit saw, as the first says.
+    fit saw, as the first says. A road is as it was felt; in one that no fit saw, as it
+    was logged.
     """
     measured = simulated = 0.0
     for figures, rows in fitted:
@@ -225,7 +226,10 @@ def energy_percent(
             if power is None:
                 return None
             reads = scale_key(0 if rows is None else i, "motor_torque_nm")
-            out = p.by_true_torque(figures.get(reads, 0.0)).run(vehicle)
+            true = p.by_true_torque(figures.get(reads, 0.0))
+            if rows is not None:
+                true = true.by_felt_road(figures.get(scale_key(i, "elevation_m"), 0.0))
+            out = true.run(vehicle)
             dt = np.gradient(p.log["time_s"])
             ok = np.isfinite(power) & np.isfinite(out["battery_power_w"])
             if rows is not None:

@@ -168,6 +168,18 @@ class Problem:
         torque = self.drive.measured[3] / (1 + gain)
         return replace(self, drive=torqued(self.drive, torque)) if gain else self
 
+    def by_felt_road(self, gain: float) -> Problem:
+        """Return the log on the road that was felt: of its slopes so much is not there.
+
+        At 1 the road is level, at -1 twice as steep as its altimeter says.
+        """
+        if not gain:
+            return self
+        distance, slope = self.drive.road
+        return replace(
+            self, drive=replace(self.drive, road=(distance, (1 - gain) * slope))
+        )
+
     @cached_property
     def speed(self) -> Array:
         """Speed at the rows: measured, or the nominal model's. [m/s]"""

@@ -157,9 +157,7 @@ def scaled_of(problem: Problem) -> dict[str, list[Array]]:
         told = per_unit(problem.by_true_torque(A_LITTLE))
         told[channels.index(TORQUE)] = nominal[TORQUE]
         found[TORQUE] = told
-    distance, slope = problem.drive.road
+    _, slope = problem.drive.road
     if problem.surveyed and slope.any():
-        road = (distance, (1 - A_LITTLE) * slope)
-        flatter = replace(problem, drive=replace(problem.drive, road=road))
-        found["elevation_m"] = per_unit(flatter)
+        found["elevation_m"] = per_unit(problem.by_felt_road(A_LITTLE))
     return found

@@ -98,3 +98,17 @@ def test_heights_that_come_late_are_told_and_move_no_figure_of_the_car():
     assert finding.channel == "elevation_m" and "out of step" in finding.what
     assert fit.values["bias.0.elevation_m.scale"] > 0.6
     assert without.score < fit.score - 100
+
+
+def test_a_road_is_as_steep_as_it_was_felt():
+    problem = seen(**climbs())
+    _, slope = problem.drive.road
+    for gain in (0.0, 0.25, 1.0):
+        _, felt = problem.by_felt_road(gain).drive.road
+        assert felt == pytest.approx((1 - gain) * slope)
+    # what a share of the slopes does is in proportion to it
+    level, whole = problem.by_felt_road(1.0).predict({}), problem.predict({})
+    shape = problem.shapes["elevation_m.scale"]
+    for c, per_unit in zip(problem.channels, shape.tracks, strict=True):
+        off = np.nan_to_num(level[c] - whole[c])
+        assert per_unit == pytest.approx(off, abs=0.02 * np.abs(off).max() + 1e-9)
