@@ -9,6 +9,9 @@ from rcc_sim.diagnose.verdict import TOLERATED
 
 ALTIMETER = "elevation_m"
 
+NOTHING = 0.25
+"""Share of what an altimeter shows below which next to nothing was felt of it."""
+
 
 def misread(fit: Fit, log: int = 0) -> tuple[Finding, ...]:
     """Return what to say of an altimeter whose climbs were not those of the road.
@@ -21,14 +24,17 @@ def misread(fit: Fit, log: int = 0) -> tuple[Finding, ...]:
     scale = fit.values.get(key, 0.0)
     if not sd or abs(scale) <= TOLERATED * sd:
         return ()
-    felt = round(100 * (1 - scale))
+    felt = 1 - scale
+    share = "next to nothing" if abs(felt) < NOTHING else f"some {100 * felt:.0f} %"
     return (
         Finding(
-            "inconsistent",
+            "misread",
             ALTIMETER,
-            f"shows climbs of which the car felt {felt} %: it is out of step, of "
-            "another road, or badly scaled",
-            action="taken as felt; --hide elevation_m leaves it out",
+            f"shows climbs of which the rest of the log felt {share}: it is out of "
+            "step, of another road, or badly scaled",
+            action="the fit takes slopes as felt, the gap as shown; diagnose again "
+            "with --hide elevation_m before any figure that moved is believed",
             severity="warning",
+            factor=round(felt, 3),
         ),
     )

@@ -112,6 +112,7 @@ def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
     voltage = battery_of_another(found.gap.findings)
     if voltage:
         yield "DOUBT", f"{voltage}: was it this vehicle that drove?"
+    yield from _misread(found)
     if not found.asserted:
         yield from _doubt(found)
     if found.left.is_real:
@@ -313,6 +314,13 @@ def _moved(found: Diagnosis) -> Iterator[tuple[str, str]]:
     if pulls:
         told = (f"{key} {_rounded(x, 1)} sd" for key, x in list(pulls.items())[:SHOWN])
         yield "MOVED", "; ".join(filter(None, (", ".join(told), doubt_of(pulls))))
+
+
+def _misread(found: Diagnosis) -> Iterator[tuple[str, str]]:
+    """Sensors that the rest of the log contradicts."""
+    for f in found.gap.findings:
+        if f.kind == "misread":
+            yield "DOUBT", f"{f.channel} {f.what}; {f.action}"
 
 
 def _rounded(x: float, places: int) -> str:

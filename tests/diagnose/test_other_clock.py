@@ -1,5 +1,7 @@
 """A battery's meter on another clock, and an altimeter out of step, are no causes."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -11,6 +13,7 @@ from rcc_sim.diagnose.knobs import nuisance_knobs
 from rcc_sim.diagnose.misread import misread
 from rcc_sim.diagnose.posed import problem_of
 from rcc_sim.diagnose.shapes import NEIGHBOURS, late_of
+from rcc_sim.report.screen import _misread
 from rcc_sim.simulate.run import simulate
 from rcc_sim.trace import Trace
 from rcc_sim.units import G
@@ -96,7 +99,11 @@ def test_heights_that_come_late_are_told_and_move_no_figure_of_the_car():
     fit, without = tolerances(problem), tolerances(problem, but="elevation_m")
     (finding,) = misread(fit)
     assert finding.channel == "elevation_m" and "out of step" in finding.what
-    assert fit.values["bias.0.elevation_m.scale"] > 0.6
+    scale = fit.values["bias.0.elevation_m.scale"]
+    assert scale > 0.6 and finding.factor == pytest.approx(1 - scale, abs=1e-3)
+    shown = SimpleNamespace(gap=SimpleNamespace(findings=(finding,)))
+    ((word, text),) = _misread(shown)
+    assert word == "DOUBT" and "--hide elevation_m" in text
     assert without.score < fit.score - 100
 
 
