@@ -30,14 +30,13 @@ from rcc_sim.analyse.heading import TURN_RATE, turn_rate
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import BIAS, Knob, figures_of
+from rcc_sim.diagnose.limits import level_column, limits_of
 from rcc_sim.diagnose.menu import (
     ON_STAND,
     STAND,
     Leg,
     Run,
     at_place,
-    level_column,
-    limits_of,
     menu,
 )
 from rcc_sim.diagnose.noise import CURVATURE, Whitener, local_range

@@ -13,7 +13,8 @@ from rcc_sim.definitions.kernel import road_of
 from rcc_sim.definitions.write_vehicle import write_vehicle
 from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.diagnosis import Diagnosis
-from rcc_sim.diagnose.menu import Run, level_column, limits_of, menu
+from rcc_sim.diagnose.limits import level_column, limits_of
+from rcc_sim.diagnose.menu import Run, menu
 from rcc_sim.diagnose.profile import Profile
 from rcc_sim.errors import InputError
 from rcc_sim.readers import write_commands

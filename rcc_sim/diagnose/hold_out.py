@@ -19,6 +19,7 @@ from rcc_sim.diagnose.knobs import figures_of, scale_key
 from rcc_sim.diagnose.noise import Whitener
 from rcc_sim.diagnose.noise_kernel import FREEDOM
 from rcc_sim.diagnose.problem import Problem, by_motion
+from rcc_sim.diagnose.shapes import ALTIMETER, BEYOND_SHAFT, TORQUE
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -34,9 +35,6 @@ NOISE = FREEDOM / (FREEDOM - 2)
 
 FARTHEST = 3.0
 """Standard deviations by which half of a log may move a figure: beyond, it is bent."""
-
-BEYOND_SHAFT = ("battery_voltage_v", "battery_current_a", "battery_power_w")
-"""Columns of what lies between the battery and the motor's shaft."""
 
 BORDER = 1.5
 """Time around a border that neither side uses, beyond the noise's memory. [s]"""
@@ -225,10 +223,10 @@ def energy_percent(
             power = logged_power(p.log)
             if power is None:
                 return None
-            reads = scale_key(0 if rows is None else i, "motor_torque_nm")
+            reads = scale_key(0 if rows is None else i, TORQUE)
             true = p.by_true_torque(figures.get(reads, 0.0))
             if rows is not None:
-                true = true.by_felt_road(figures.get(scale_key(i, "elevation_m"), 0.0))
+                true = true.by_felt_road(figures.get(scale_key(i, ALTIMETER), 0.0))
             out = true.run(vehicle)
             dt = np.gradient(p.log["time_s"])
             ok = np.isfinite(power) & np.isfinite(out["battery_power_w"])

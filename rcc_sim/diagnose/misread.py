@@ -5,9 +5,8 @@ from __future__ import annotations
 from rcc_sim.analyse.logcheck.finding import Finding
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import scale_key
+from rcc_sim.diagnose.shapes import ALTIMETER
 from rcc_sim.diagnose.verdict import TOLERATED
-
-ALTIMETER = "elevation_m"
 
 NOTHING = 0.25
 """Share of what an altimeter shows below which next to nothing was felt of it."""

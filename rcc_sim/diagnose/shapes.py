@@ -24,11 +24,12 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-TORQUE = "motor_torque_nm"
+TORQUE, ALTIMETER = "motor_torque_nm", "elevation_m"
 
 LATERAL = ("yaw_rate_radps", TURN_RATE, "accel_y_mps2")
 
-BATTERY = ("battery_voltage_v", "battery_current_a", "battery_power_w")
+BEYOND_SHAFT = ("battery_voltage_v", "battery_current_a", "battery_power_w")
+"""Columns of what lies between the battery and the motor's shaft."""
 
 BEND_SHARE = 0.5
 """Share of a bend's drag that a driver may make up for late, one sd."""
@@ -109,13 +110,10 @@ def late_of(problem: Problem) -> dict[str, list[Array]]:
     if problem.row < CLOSE or problem.charge is not None:
         return {}
     if problem.torqued:
-        off = {f"flows_{k:+d}": (k, BATTERY) for k in NEIGHBOURS}
+        each = [(c in BEYOND_SHAFT, problem.nominal[c]) for c in problem.channels]
         return {
-            name: [
-                np.nan_to_num(shifted(x, k) - x) * (c in columns)
-                for c, x in ((c, problem.nominal[c]) for c in problem.channels)
-            ]
-            for name, (k, columns) in off.items()
+            f"flows_{k:+d}": [np.nan_to_num(shifted(x, k) - x) * its for its, x in each]
+            for k in NEIGHBOURS
         }
     if problem.drive.imposed:
         return {}
@@ -159,5 +157,5 @@ def scaled_of(problem: Problem) -> dict[str, list[Array]]:
         found[TORQUE] = told
     _, slope = problem.drive.road
     if problem.surveyed and slope.any():
-        found["elevation_m"] = per_unit(problem.by_felt_road(A_LITTLE))
+        found[ALTIMETER] = per_unit(problem.by_felt_road(A_LITTLE))
     return found

@@ -8,7 +8,8 @@ from rcc_sim.diagnose.bench import Bench
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.experiment import best_of
 from rcc_sim.diagnose.knobs import Knob, nuisance_knobs
-from rcc_sim.diagnose.menu import limits_of, menu
+from rcc_sim.diagnose.limits import limits_of
+from rcc_sim.diagnose.menu import menu
 from tests.diagnose.test_ties import logged
 
 ROW = 0.02

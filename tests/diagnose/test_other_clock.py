@@ -14,6 +14,7 @@ from rcc_sim.diagnose.misread import misread
 from rcc_sim.diagnose.posed import problem_of
 from rcc_sim.diagnose.shapes import NEIGHBOURS, late_of
 from rcc_sim.report.screen import _misread
+from rcc_sim.simulate.drive import integral_of
 from rcc_sim.simulate.run import simulate
 from rcc_sim.trace import Trace
 from rcc_sim.units import G
@@ -69,11 +70,9 @@ def test_only_a_drive_by_its_torque_has_such_taps():
 
 def climbs(late=0.0):
     """A hilly road that the car felt, and heights logged so much later. [m]"""
-    way = np.concatenate(
-        [[0.0], np.cumsum(RUN["speed_mps"][1:] * np.diff(RUN["time_s"]))]
-    )
+    way = integral_of(RUN["time_s"], RUN["speed_mps"])
     slope = 0.03 * np.sin(way / 150)
-    height = np.concatenate([[0.0], np.cumsum(slope[1:] * np.diff(way))])
+    height = integral_of(way, slope)
     logged = np.interp(RUN["time_s"] - late, RUN["time_s"], height)
     weight = CAR.body.mass_kg.value * G
     lever = CAR.tyres.radius_m.value / CAR.drivetrain.gear_ratio.value
