@@ -15,6 +15,7 @@ from rcc_sim.diagnose.detect import least_seen, shows_likely
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import nuisance_knobs
+from rcc_sim.diagnose.noise import Whitener
 from rcc_sim.diagnose.profile import overlap, shares
 from rcc_sim.diagnose.refine import TIED, Refined, contenders, screened
 from rcc_sim.diagnose.remainder import Remainder, remainder
@@ -102,7 +103,7 @@ def compete(
             ranking |= {r.screened.candidate.effect: r.gain for r in refined}
             close = [r for r in refined if r.gain > refined[0].gain - TIED]
         best = next((r for r in refined if r.reaches(ENOUGH)), None)
-        one = cause_of(best) if best else None
+        one = cause_of(engine, best, current.noise) if best else None
         named = {c.effect for c in candidates} - {
             c.effect for c in causes if c.profiles
         }
@@ -253,7 +254,7 @@ def one_alone(
     for one in (r for r in close if r.screened.candidate.effect not in taken):
         alone = descent.fit(engine, one.fit.values, one.fit.knobs, one.fit.noise)
         if alone.score > fit.score - ENOUGH * (len(causes) - 1):
-            return [cause_of(replace(one, fit=alone))], alone
+            return [cause_of(engine, replace(one, fit=alone), alone.noise)], alone
     return causes, fit
 
 
@@ -314,20 +315,25 @@ def needed_gain(causes: Sequence[Cause], where: Array) -> float:
     return max([ENOUGH, *misfits])
 
 
-def cause_of(best: Refined) -> Cause:
-    """Return the winner as a cause; what ties with it is told once all are known."""
+def cause_of(engine: Engine, best: Refined, noise: list[Whitener]) -> Cause:
+    """Return the winner as a cause; what ties with it is told once all are known.
+
+    Where it acts is by the noise by which others are weighed against it.
+    """
     keys = tuple(best.screened.values)
     return Cause(
         best.screened.candidate.effect,
         keys,
         best.gain,
         sharpened=max(best.after / best.gain, 1.0) if best.gain > 0 else 1.0,
-        shares=shares_of(best.fit, keys),
+        shares=shares_of(engine, best.fit, keys, noise),
     )
 
 
-def shares_of(fit: Fit, keys: Sequence[str]) -> Array:
-    """Share of each track in what some figures change together."""
-    own = [j for j, k in zip(fit.signals, fit.knobs, strict=True) if k.key in keys]
-    signal = [sum(parts[1:], parts[0]) for parts in zip(*own, strict=True)]
-    return shares(signal or fit.residuals, fit.noise)
+def shares_of(
+    engine: Engine, fit: Fit, keys: Sequence[str], noise: list[Whitener]
+) -> Array:
+    """Share of each track in what some figures of a fit change together."""
+    without = {k: x for k, x in fit.values.items() if k not in keys}
+    pairs = zip(engine.residuals(without), fit.residuals, strict=True)
+    return shares([np.nan_to_num(a - b) for a, b in pairs], noise)

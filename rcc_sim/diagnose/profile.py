@@ -8,6 +8,7 @@ a prior on their size and roughness that the log itself scales.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import inf
 
@@ -138,8 +139,9 @@ class Profile:
 
 
 def mean_over(x: Array, y: Array) -> float:
-    """Mean of y over x, straight between its knots."""
-    return float(np.trapezoid(y, x)) / float(x[-1] - x[0])
+    """Mean of y over x, straight between its knots; a car that stands has one place."""
+    length = float(x[-1] - x[0])
+    return float(np.trapezoid(y, x)) / length if length else float(np.mean(y))
 
 
 def shares(signal: list[Array], noise: list[Whitener]) -> Array:
@@ -151,8 +153,12 @@ def shares(signal: list[Array], noise: list[Whitener]) -> Array:
 
 
 def overlap(a: Array, b: Array) -> float:
-    """Part of two signals that sits in the same tracks: 1 alike, 0 apart."""
-    return float(np.minimum(a, b).sum())
+    """Part of two signals that sits in the same tracks: 1 alike, 0 apart.
+
+    Bhattacharyya's coefficient of their shares: who acts in the same tracks is alike,
+    if more in some and less in others.
+    """
+    return float(np.sqrt(a * b).sum())
 
 
 class Probe:
@@ -176,6 +182,15 @@ class Probe:
     def shares(self) -> Array:
         """Share of each track in the signal."""
         return shares(self.signal, self.fit.noise)
+
+    def shares_of(self, profiles: Mapping[int, Profile]) -> Array:
+        """Share of each track in what profiles change, log by log."""
+        problems = self.engine.problems
+        strength = {
+            i: p.at(problems[i].coordinate(p.along)) for i, p in profiles.items()
+        }
+        pairs = zip(self.engine.tracks, self.signal, strict=True)
+        return shares([x * strength.get(i, 0.0) for (i, _), x in pairs], self.fit.noise)
 
     def profile(self, log: int, along: str, x: Array, count: int) -> Profile:
         """Strengths over a coordinate x of one log, and the evidence for them."""

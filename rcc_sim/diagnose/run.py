@@ -108,7 +108,7 @@ def diagnose(
     if len(causes) < len(found.causes):
         fit, acting = _only(engine, found, fit, causes)
         left = remainder(acting, fit, constant(causes))
-    named, causes = causes, standing(causes, left, fit)
+    named, causes = causes, standing(acting, causes, left, fit)
     if len(causes) < len(named):
         fit, acting = _only(engine, found, fit, causes)
         left = clearest((left, remainder(acting, fit)))
@@ -116,7 +116,7 @@ def diagnose(
     known = settled(acting, fit, causes, able)
     if known.fit is not fit:
         left = remainder(acting, known.fit)
-    fit, causes = known.fit, standing(known.causes, left, known.fit)
+    fit, causes = known.fit, standing(acting, known.causes, left, known.fit)
     if len(causes) < len(known.causes):
         fit, acting = _only(engine, found, fit, causes)
     causes, fit = with_all_figures(acting, fit, causes, able)

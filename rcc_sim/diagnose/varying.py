@@ -122,7 +122,7 @@ def as_profile(engine: Engine, fit: Fit, effect: str) -> Cause | None:
         gain,
         profiles=found,
         sharpened=sharpened,
-        shares=probe.shares,
+        shares=probe.shares_of(found),
     )
     return None if is_stated(engine, cause) else cause
 

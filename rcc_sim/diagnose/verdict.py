@@ -14,6 +14,7 @@ from rcc_sim.analyse.logcheck.finding import Finding
 from rcc_sim.definitions.figure import Z_90
 from rcc_sim.diagnose.cause import ENOUGH, Cause
 from rcc_sim.diagnose.compete import Explanation, shares_of
+from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import Knob
 from rcc_sim.diagnose.remainder import Remainder
@@ -115,10 +116,15 @@ class Asserted:
     figures: dict[str, Estimate]
 
 
-def standing(causes: Sequence[Cause], left: Remainder, fit: Fit) -> list[Cause]:
+def standing(
+    engine: Engine, causes: Sequence[Cause], left: Remainder, fit: Fit
+) -> list[Cause]:
     """Return the causes of a fit that what is left does not dwarf."""
     now = [
-        c if c.profiles else replace(c, shares=shares_of(fit, c.keys)) for c in causes
+        c
+        if c.profiles
+        else replace(c, shares=shares_of(engine, fit, c.keys, fit.noise))
+        for c in causes
     ]
     return [
         c

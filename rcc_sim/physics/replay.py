@@ -63,15 +63,16 @@ def look_up_inputs(p, s, u, t, rows_at, time, ref, steer, grade, slope, aux, hel
 
 
 @jit
-def recall(p, c, s, u, row, v, i_q, share_v, share_i):
+def recall(p, c, s, u, row, w, v, i_q, share_v, share_i):
     """Draw speed, and the loop's integral, towards what was measured at a row.
 
-    v [m/s] and i_q [A] are NaN where they were not measured. The integral is drawn
-    only while the loop is free, that is at none of its limits.
+    v [m/s], beside the model's w when it was so, and i_q [A] are NaN where they were
+    not measured. The integral is drawn only while the loop is free, that is at none of
+    its limits.
     """
     if v == v:
-        s.v_x = max(s.v_x + share_v * (v - row.w), 0.0)
-        s.w = max(s.w + share_v * (v - row.w), 0.0)
+        s.v_x = max(s.v_x + share_v * (v - w), 0.0)
+        s.w = max(s.w + share_v * (v - w), 0.0)
     if p.control.mode != SPEED or i_q != i_q:
         return
     omega_ref = u.v_ref * c.n_file
@@ -115,7 +116,8 @@ def run_replayed(
     measured), maps and lines as in ``run_commanded``. Means are over ``window`` [s]
     before each row.
     ``recalls`` holds the times [s] in which state and measurement come together
-    (speed, integral); infinite: never.
+    (speed, integral; infinite: never), and how long before each row the speed was what
+    it then holds.
     """
     p = P[0]
     c, s, u, f, flow = work[0][0], work[1][0], work[2][0], work[3][0], work[4][0]
@@ -125,6 +127,7 @@ def run_replayed(
     speed, current, yaw_rate, torque, accel = measured
     eta, force = maps
     late_motor, late_steer = lines
+    recall_v, recall_i, ago = recalls
     T = p.control.T_loop
     eff = max(p.motor_efficiency.scale, ETA_MIN)
     asked = 0.0
@@ -149,6 +152,7 @@ def run_replayed(
         opened = max(ends - window / T, float(tick))
         opens = min(math.floor(opened + NEAR), max(last - 1, tick))
         before = k - 1
+        w_was = s.w
         span = time[k] - time[before]
         while tick < last:
             if tick == opens:
@@ -213,8 +217,10 @@ def run_replayed(
             rows[k].v = speed[k]
         else:
             rows[k].v = max(s.v_x + s.a_x * (ends - tick) * T, 0.0)
+            back = min(ago[k] / span, 1.0)
             recall(
-                p, c, s, u, rows[k], speed[k], current[k],
-                1.0 - math.exp(-span / recalls[0]),
-                1.0 - math.exp(-span / recalls[1]),
+                p, c, s, u, rows[k], rows[k].w + back * (w_was - rows[k].w),
+                speed[k], current[k],
+                1.0 - math.exp(-span / recall_v),
+                1.0 - math.exp(-span / recall_i),
             )  # fmt: skip

@@ -86,6 +86,7 @@ def replay(
     P, work, sinks = own.records()
     record.fill(P[0], values)
     table = record.array(schema.ROW, n)
+    measured, ago = as_true(vehicle, drive)
     own.call(
         run_replayed,
         True,
@@ -93,14 +94,14 @@ def replay(
         work,
         (drive.time, *drive.commands, drive.held),
         road_driven(vehicle, drive),
-        as_true(vehicle, drive),
+        measured,
         (efficiency_map(vehicle), force_table(vehicle)),
         delay_lines(values),
         table,
         sinks,
         drive.imposed,
         drive.window,
-        recalls,
+        (*recalls, ago),
     )
     c = work[0][0]
     columns = log_columns(
@@ -128,11 +129,12 @@ def _step(time: Array, longest: float) -> float:
     return interval / max(math.ceil(interval / longest - 1e-6), 1)
 
 
-def as_true(vehicle: Vehicle, drive: Drive) -> Measured:
+def as_true(vehicle: Vehicle, drive: Drive) -> tuple[Measured, Array]:
     """Return what was measured as it was, by what the vehicle's sensors make of it.
 
-    ``speed_mps`` is the motor's speed with the file's tyre radius; a reading that is
-    late belongs to an earlier row. An imposed drive has the clock of its speed.
+    And how long before each row [s] the speed was what it then holds. ``speed_mps`` is
+    the motor's speed with the file's tyre radius; a reading that is late belongs to an
+    earlier row. An imposed drive has the clock of its speed.
     """
     rolled = speed_share(vehicle)
     delays = (
@@ -144,13 +146,15 @@ def as_true(vehicle: Vehicle, drive: Drive) -> Measured:
     speed, current, yaw_rate, torque, accel = drive.measured
     if rolled != 1.0:
         speed, accel = speed * rolled, accel * rolled
-    return (
+    measured = (
         earlier(drive, speed, of_speed),
         earlier(drive, current, of_motor),
         earlier(drive, yaw_rate, of_yaw),
         earlier(drive, torque, of_motor),
         earlier(drive, accel, of_speed),
     )
+    then = drive.time + of_speed
+    return measured, np.maximum(then - drive.time[read_by(drive, of_speed)], 0.0)
 
 
 def figure_of(vehicle: Vehicle, effect: str, name: str, neutral: float) -> float:
@@ -192,5 +196,11 @@ def earlier(drive: Drive, values: Array, delay: float) -> Array:
         whole = np.interp(then, drive.time[known], values[known])
         gaps = np.interp(then, drive.time, known.astype(float)) < 1 - ROUNDING
         return np.where(gaps, np.nan, whole)
-    row = np.searchsorted(drive.time, then + ROUNDING, side="right") - 1
-    return np.where(then <= drive.time[-1] + ROUNDING, values[row], np.nan)
+    in_time = then <= drive.time[-1] + ROUNDING
+    return np.where(in_time, values[read_by(drive, delay)], np.nan)
+
+
+def read_by(drive: Drive, delay: float) -> NDArray[np.intp]:
+    """Return the last row by when what was true at each had been read, late [s]."""
+    then = drive.time + delay + ROUNDING
+    return np.maximum(np.searchsorted(drive.time, then, side="right") - 1, 0)

@@ -6,6 +6,8 @@ import pytest
 from rcc_sim.definitions.cycle import Cycle
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.posed import problem_of
+from rcc_sim.simulate.drive import drive_of
+from rcc_sim.simulate.replay import replay
 from rcc_sim.simulate.run import LaneChanges, simulate
 from rcc_sim.trace import Trace
 
@@ -57,3 +59,19 @@ def test_what_made_a_log_is_drawn_away_from_none_of_its_channels(figure):
         seen = problem.known(channel)
         size = float(np.nanstd(problem.log[channel][seen]))
         assert float(np.sqrt(np.nanmean(left[seen] ** 2))) < MOST * size, channel
+
+
+@pytest.mark.parametrize("delay", [0.02, 0.07, 0.1, 0.13, 0.25])
+def test_a_speed_that_is_late_by_no_whole_rows_draws_its_car_nowhere(delay):
+    """At 10 Hz, on a clock that jitters as a car's computer does."""
+    late = {"effects.sensor_delay.speed_delay_s": {"value": delay}}
+    car = load_vehicle("dart_jetracer").changed(settings=late)
+    rng = np.random.default_rng(1)
+    t = np.cumsum(np.r_[0.0, 0.1 + 0.002 * rng.standard_normal(99)])
+    throttle = 0.35 * ((t > 1) & (t < 3)) + 0.45 * ((t > 5) & (t < 8))
+    commands = {"time_s": t, "throttle": throttle, "steer_cmd_rad": 0 * t}
+    out = replay(car, drive_of(Trace(commands), car))
+    log = Trace(commands | {"speed_mps": out["speed_mps"]}, name="log")
+    problem = problem_of(log, car)
+    (left,) = problem.residuals({})
+    assert np.sqrt(np.nanmean(left**2)) < MOST * np.std(log["speed_mps"])

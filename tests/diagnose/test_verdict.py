@@ -79,12 +79,14 @@ def test_what_a_cause_held_at_an_even_chance_leaves_is_not_lost():
 def stands(effect, gain, change, sharpened=1.0):
     key = f"effects.{effect}.x"
     white = Whitener(np.ones(50), np.zeros(0), [0, 1], 1.0, np.ones(50, bool))
-    still, moves = [np.zeros(50)], [[np.ones(50)]]
-    fit = Fit({key: 1.0}, (Knob(key, 1.0),), 0, 0, [white], still, signals=moves)
+    fit = Fit({key: 1.0}, (Knob(key, 1.0),), 0, 0, [white], [np.zeros(50)])
+    engine = SimpleNamespace(
+        residuals=lambda values: [np.ones(50) * (key not in values)]
+    )
     own = Remainder(change, effect, "time_s", [], shares=np.zeros(1))
     left = Remainder(change, effect, "time_s", [], rivals=(own,))
     cause = Cause(effect, (key,), gain, sharpened=sharpened)
-    return bool(standing([cause], left, fit))
+    return bool(standing(engine, [cause], left, fit))
 
 
 def test_a_cause_that_comes_and_goes_is_withdrawn():
