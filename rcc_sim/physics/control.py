@@ -9,6 +9,7 @@ from rcc_sim.physics.effects.steering_gain import geared_angle
 from rcc_sim.physics.effects.steering_lag import lagged
 from rcc_sim.physics.effects.steering_offset import offset_angle
 from rcc_sim.physics.effects.throttle_dead_zone import felt_throttle
+from rcc_sim.physics.effects.throttle_gain import given_force
 from rcc_sim.physics.powertrain import torque_envelope, voltage_limited_current
 from rcc_sim.physics.tables import bilinear
 from rcc_sim.physics.ticks import share_beyond
@@ -111,7 +112,8 @@ def throttle_force(p, throttle, v, force):
     The table is clamped at its edges: (throttle, speed, force by both).
     """
     x = felt_throttle(throttle, p.throttle_dead_zone.threshold)
-    return bilinear(x, v, force[0], force[1], force[2])
+    mapped = bilinear(x, v, force[0], force[1], force[2])
+    return given_force(mapped, p.throttle_gain.gain)
 
 
 @jit

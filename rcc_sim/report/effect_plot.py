@@ -101,7 +101,7 @@ def reference_cars(
     name: str, effect: Effect
 ) -> tuple[Mapping[str, float | str], Vehicle, Vehicle]:
     """Return the effect's values, and the reference car without and with it."""
-    by_throttle = effect.id == "throttle_dead_zone"
+    by_throttle = "throttle" in effect.shows_in
     car = load_vehicle("dart_jetracer" if by_throttle else "rcc")
     here = {k: v for k, v in BASE.items() if k not in car.effects and not by_throttle}
     files = (name,) if name.endswith(".py") else ()

@@ -107,3 +107,19 @@ def test_overlap_is_one_for_the_same_tracks_and_none_apart():
     a, b = np.array([0.25, 0.75, 0.0]), np.array([0.0, 0.0, 1.0])
     assert overlap(a, a) == pytest.approx(1)
     assert overlap(a, b) == 0
+
+
+@pytest.mark.parametrize("left", [1e-2, 1e-4, 1e-6, 1e-8])
+def test_strengths_that_knobs_take_up_all_but_whole_are_still_weighed(left):
+    """As by least squares of all together, the priors of the knobs as rows."""
+    rng = np.random.default_rng(0)
+    J, sd = rng.standard_normal((400, 5)), np.full(5, 1e4)
+    A = J @ rng.standard_normal((5, 20)) + left * rng.standard_normal((400, 20))
+    M, b, _ = freed(A, rng.standard_normal(400), J, sd, np.zeros(5))
+    stacked = np.vstack([J, np.diag(1 / sd)])
+    Q = np.linalg.qr(stacked)[0]
+    rest = np.vstack([A, np.zeros((5, 20))])
+    for _ in range(2):
+        rest -= Q @ (Q.T @ rest)
+    assert np.trace(M) == pytest.approx(np.sum(rest**2), rel=1e-4)
+    assert np.isfinite(likeliest(M, b, smooth(20))[0])

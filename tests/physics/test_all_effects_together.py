@@ -10,7 +10,7 @@ from rcc_sim.simulate.run import LaneChanges, simulate
 from tests.cars import car, truck
 from tests.physics.test_effects import OFF_NEUTRAL
 
-ALONE = {"road_load", "throttle_dead_zone"}
+ALONE = {"road_load", "throttle_dead_zone", "throttle_gain"}
 VALUES = {k: v for k, v in OFF_NEUTRAL.items() if k not in ALONE}
 HELD = {
     "rotor_inertia": {"inertia_kgm2": 2e-6},  # holds wheels that slip

@@ -35,6 +35,15 @@ def test_a_dead_zone_of_the_throttle_swallows_what_is_below_it():
     assert simulate(live, DRIVE, throttle=STEP).trace["distance_m"][-1] > 1.0
 
 
+def test_a_throttle_that_gives_more_pushes_in_proportion():
+    """F = 1.5 x 20 u (1 - v/5): m dv/dt = 15 - 3 v."""
+    more = car({"throttle_gain": {"gain": 1.5}}, **TABLE)
+    run = simulate(more, DRIVE, throttle=STEP).trace
+    t = run["time_s"]
+    closed = 5.0 * (1 - np.exp(-3 / 3.78 * np.maximum(t - 1.0005, 0)))
+    assert np.abs(run["speed_mps"] - closed).max() < 5e-3
+
+
 def test_a_road_load_with_a_negative_part_never_pushes():
     """A fit to low speeds, 2 + 1 v - 1 v², is 0 from 2 m/s on."""
     load = {"road_load": {"a_n": 2.0, "b_n_s_per_m": 1.0, "c_n_s2_per_m2": -1.0}}
