@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
@@ -130,14 +130,16 @@ def against(mine: Array, height: Array) -> str:
     return f"slope {cov[0, 1] / cov[0, 0]:4.2f}, correlation {alike:4.2f}"
 
 
-def dart(path: Path, withheld: str) -> str:
-    """A run with one effect withheld."""
+def dart(paths: Sequence[Path], withheld: str) -> str:
+    """One run, or several at once, with one effect withheld."""
     car = load_vehicle("dart_jetracer").changed(without=(withheld,))
-    log = open_log(path, car)
-    found = diagnose([log], car, withheld=[withheld])
-    row = f"{path.name[:44]:44}  {withheld:18}  {told(found):32}"
-    if withheld == "sensor_delay" and "yaw_rad" in log.log:
-        row += f"gyro against motion capture {gyro_shift(log.log):.3f} s  "
+    logs = [open_log(path, car) for path in paths]
+    found = diagnose(logs, car, withheld=[withheld])
+    first_one = paths[0]
+    name = f"{len(paths)} of {first_one.parent.name}" if paths[1:] else first_one.name
+    row = f"{name[:44]:44}  {withheld:18}  {told(found):32}"
+    if withheld == "sensor_delay" and not paths[1:] and "yaw_rad" in logs[0].log:
+        row += f"gyro against motion capture {gyro_shift(logs[0].log):.3f} s  "
     first = next((a for a in found.asserted), None)
     if first is None or first.cause.effect != withheld:
         if withheld in found.not_identifiable:
@@ -148,7 +150,8 @@ def dart(path: Path, withheld: str) -> str:
     if withheld != "road_load":
         return row + ", ".join(f"{k} {x:.3f}" for k, x in values.items())
     mine = [values.get(k, 0.0) for k in ("a_n", "b_n_s_per_m", "c_n_s2_per_m2")]
-    reached = [v for v in SPEEDS if v < np.nanmax(log.log["speed_mps"])]
+    fastest = max(float(np.nanmax(one.log["speed_mps"])) for one in logs)
+    reached = [v for v in SPEEDS if v < fastest]
     forces = [[road_load_force(v, *abc) for abc in (mine, FRICTION)] for v in reached]
     ratios = [a / b for a, b in forces]
     return row + "of the published force " + " ".join(f"{x:.2f}" for x in ratios)
@@ -176,14 +179,15 @@ def runs(folder: Path, which: list[str]) -> list[tuple[Callable[..., str], tuple
     if "twizy" in which:
         out += [(twizy, (p,)) for p in sorted((ev / "twizy_rsk").glob("T*.csv.gz"))]
     if "dart" in which:
-        steps = [p for d in ("10_*", "19_*") for p in sorted(rc.glob(f"{d}/*.csv"))]
+        folders = [tuple(sorted(rc.glob(f"{d}/*.csv"))) for d in ("10_*", "19_*")]
         for effect in STRAIGHT:
-            out += [(dart, (p, effect)) for p in steps]
+            out += [(dart, ((p,), effect)) for steps in folders for p in steps]
+            out += [(dart, (steps, effect)) for steps in folders]
         turns = [p for d in ("30_*", "40_*") for p in sorted(rc.glob(f"{d}/*.csv"))]
         cameras = ("50_*", "70_*", "81_*", "battery_pair", "rosbag1")
         seen = [p for d in cameras for p in rc.glob(f"{d}/*.gz")]
         for effect in TURNING:
-            out += [(dart, (p, effect)) for p in [*turns, *sorted(seen)]]
+            out += [(dart, ((p,), effect)) for p in [*turns, *sorted(seen)]]
     return out
 
 

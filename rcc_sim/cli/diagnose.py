@@ -27,6 +27,7 @@ from rcc_sim.cli.logs import (
     Reader,
     Repeats,
     keep,
+    notes_of,
     once,
     tell_notes,
     write_page,
@@ -281,9 +282,8 @@ def _deliver(
     from rcc_sim.report.screen import screen
     from rcc_sim.report.verdict import verdict_of
 
-    for gap in found.gaps:
-        log = gap.log if len(found.gaps) > 1 else ""
-        tell_notes(gap.findings, at_boundary(gap.energy), log)
+    gaps = found.gaps
+    tell_notes([(g.log, notes_of(g.findings, at_boundary(g.energy))) for g in gaps])
     if text or (output is None and sys.stdout.isatty() and not (json or csv)):
         lines = screen(found, get_terminal_size().columns)
         if output is None:

@@ -27,6 +27,7 @@ from rcc_sim.cli.logs import (
     Reader,
     Repeats,
     keep,
+    notes_of,
     once,
     tell_notes,
     write_page,
@@ -134,7 +135,7 @@ def _deliver(found: Gap, output: Path | None, *, csv: bool, json: bool) -> None:
     from rcc_sim.analyse import gap_report as report
 
     say(report.headline(found))
-    tell_notes(found.findings, found.notes)
+    tell_notes([("", notes_of(found.findings, found.notes))])
     if output is None and sys.stdout.isatty() and not (json or csv):
         for title, table in report.tables(found):
             emit(None, table, title=title)

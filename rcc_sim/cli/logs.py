@@ -129,16 +129,21 @@ def write_page(page: Report, path: Path) -> None:
     say(f"wrote {path}")
 
 
-def tell_notes(
-    findings: Iterable[Finding], notes: Iterable[str] = (), log: str = ""
-) -> None:
-    """Say what was found wrong with a log, worse than a note, and other notes.
+def notes_of(findings: Iterable[Finding], notes: Iterable[str] = ()) -> list[str]:
+    """Return what was found wrong with a log, worse than a note, and other notes."""
+    wrong = [f for f in findings if f.severity != "info"]
+    return [*(f"{f.channel} {f.what}; {f.action}" for f in wrong), *notes]
 
-    Of one ``log`` among several, its name with it.
-    """
-    of = f"{log}: " if log else ""
-    for finding in findings:
-        if finding.severity != "info":
-            say(f"note: {of}{finding.channel} {finding.what}; {finding.action}")
-    for note in notes:
-        say(f"note: {of}{note}")
+
+def tell_notes(notes: Sequence[tuple[str, list[str]]]) -> None:
+    """Say the notes of each log; of several by name, and what they share once."""
+    logs: dict[str, list[str]] = {}
+    for log, mine in notes:
+        for note in mine:
+            logs.setdefault(note, []).append(log)
+    for note, named in logs.items():
+        of = f"{named[0]}: "
+        if len(named) > 1:
+            some = "all" if len(named) == len(notes) else f"{len(named)} of"
+            of = f"{some} {len(notes)} logs: "
+        say(f"note: {of if len(notes) > 1 else ''}{note}")

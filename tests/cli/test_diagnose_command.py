@@ -4,6 +4,8 @@ import sys
 
 import pytest
 
+from rcc_sim.cli.logs import tell_notes
+
 
 def rccsim(*words):
     command = [sys.executable, "-m", "rcc_sim", *map(str, words)]
@@ -75,3 +77,15 @@ def test_the_screen_is_printed_where_piped_if_asked_for(drive, tmp_path):
     kept = tmp_path / "screen.txt"
     rccsim("diagnose", drive, "--vehicle", "rcc", "--text", "-o", kept)
     assert kept.read_text() == piped.stdout
+
+
+def test_what_several_logs_have_in_common_is_said_once(capsys):
+    tell_notes([("a.csv", ["no battery", "late"]), ("b.csv", ["no battery"])])
+    assert capsys.readouterr().err.splitlines() == [
+        "note: all 2 logs: no battery",
+        "note: a.csv: late",
+    ]
+    tell_notes([("a.csv", ["late"]), ("b.csv", ["late"]), ("c.csv", [])])
+    assert capsys.readouterr().err == "note: 2 of 3 logs: late\n"
+    tell_notes([("a.csv", ["late"])])
+    assert capsys.readouterr().err == "note: late\n"
