@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.candidates import Candidate
 from rcc_sim.diagnose.cause import BRISK_ENOUGH, ENOUGH, PROFILES, Cause
+from rcc_sim.diagnose.couples import coupled
 from rcc_sim.diagnose.detect import least_seen, shows_likely
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
@@ -116,7 +117,14 @@ def compete(
                 engine, current, causes = acting(engine, current, causes, varying)
                 continue
         if not (best and one) or best.trusted < needed_gain(causes, one.shares):
-            break
+            told(f"two causes at once, {turn + 1}")
+            both = both_of(engine, current, [r for r, _ in found], causes)
+            if both is None:
+                break
+            two, current = both
+            causes = [*causes, *(replace(c, screened=constant) for c in two)]
+            causes, current = with_all_figures(engine, current, causes, candidates)
+            continue
         causes = taken_in(causes, replace(one, screened=constant))
         current = descent.fit(engine, best.fit.values, best.fit.knobs, best.fit.noise)
         causes, current = with_all_figures(engine, current, causes, candidates)
@@ -203,7 +211,7 @@ def without_outdone(
             break
         less = {i: p.reversed for i, p in cause.profiles.items()}
         bare = with_acting(engine, less)
-        others = under_its_noise(bare, fit)
+        others = descent.under_its_noise(bare, fit)
         if others is None:
             continue
         if fit.score - others.score < min(map(enough_of, cause.profiles.values())):
@@ -219,7 +227,7 @@ def without_idle(
     for cause in [c for c in causes if not c.profiles]:
         if len(causes) < 2:
             break
-        less = under_its_noise(engine, fit.without(cause.keys))
+        less = descent.under_its_noise(engine, fit.without(cause.keys))
         if less is None:
             continue
         eased = max(fit.prior - less.prior, 0.0)
@@ -227,18 +235,6 @@ def without_idle(
             causes = [c for c in causes if c is not cause]
             fit = descent.fit(engine, less.values, less.knobs, less.noise)
     return causes, fit
-
-
-def under_its_noise(engine: Engine, fit: Fit) -> Fit | None:
-    """Fit the figures of a fit to these logs by the noise and the signals that it has.
-
-    None where no vehicle could have them.
-    """
-    now = engine.attempt(fit.values, fit.knobs, fit.noise)
-    if now is None:
-        return None
-    along = engine.whitened(fit.signals, fit.noise)
-    return descent.improve(engine, now, along=along, fixed=True, rounds=3)
 
 
 def one_alone(
@@ -313,6 +309,23 @@ def needed_gain(causes: Sequence[Cause], where: Array) -> float:
         for c in causes
     ]
     return max([ENOUGH, *misfits])
+
+
+def both_of(
+    engine: Engine, fit: Fit, found: Sequence[Screened], causes: Sequence[Cause]
+) -> tuple[list[Cause], Fit] | None:
+    """Return two causes that the logs ask for together alone, and the fit with them."""
+    both = coupled(engine, fit, found)
+    if both is None:
+        return None
+    now, gains = both
+    two = [
+        Cause(e, (key,), nats, shares=shares_of(engine, now, [key], now.noise))
+        for e, (key, nats) in gains.items()
+    ]
+    if any(c.gain < needed_gain(causes, c.shares) for c in two):
+        return None
+    return two, now
 
 
 def cause_of(engine: Engine, best: Refined, noise: list[Whitener]) -> Cause:

@@ -119,6 +119,18 @@ def improve(
     return now
 
 
+def under_its_noise(engine: Engine, fit: Fit) -> Fit | None:
+    """Fit the figures of a fit to these logs by the noise and the signals that it has.
+
+    None where no vehicle could have them.
+    """
+    now = engine.attempt(fit.values, fit.knobs, fit.noise)
+    if now is None:
+        return None
+    along = engine.whitened(fit.signals, fit.noise)
+    return improve(engine, now, along=along, fixed=True, rounds=3)
+
+
 def newton_step(
     engine: Engine, now: Fit, A: Array, rows: Mask | None = None
 ) -> tuple[Array, Array]:

@@ -48,6 +48,11 @@ FARTHEST = 10.0
 """Most that one try may reach beyond the last, in times its distance from neutral."""
 
 
+ROOM = 2_000_000
+"""Most rows, all channels together, of which what each figure changes is kept: some
+hundred bytes a row."""
+
+
 class Promise(NamedTuple):
     """Nats that a slope promised, the figure's dotted key, and where to follow it from.
 
@@ -57,6 +62,17 @@ class Promise(NamedTuple):
     nats: float
     key: str
     start: float
+
+
+class Slope(NamedTuple):
+    """What a unit of a figure changes: d, whitened, beyond the knobs' reach; and -r·d.
+
+    By the smallest step that was tried.
+    """
+
+    signal: Array
+    lean: float
+    step: float
 
 
 @dataclass(frozen=True)
@@ -76,6 +92,8 @@ class Screened:
     promised : Promise
         Most that a slope promised: more than ``gain`` where the knobs would have to
         give way along curves.
+    slopes : dict
+        Dotted key -> what a unit of it changes, of those that have a slope.
     """
 
     candidate: Candidate
@@ -83,6 +101,7 @@ class Screened:
     values: dict[str, float] = field(default_factory=dict)
     shown: dict[str, list[Shown]] = field(default_factory=dict)
     promised: Promise = field(default_factory=lambda: Promise(0.0, "", 0.0))
+    slopes: dict[str, Slope] = field(default_factory=dict)
 
 
 class Screen:
@@ -103,6 +122,7 @@ class Screen:
         self.left = self.free(np.concatenate([r, off]))
         self.shown: dict[str, list[Shown]] = {}
         self.promised: dict[str, Promise] = {}
+        self.slopes: dict[str, Slope] = {}
 
     def free(self, x: Array) -> Array:
         """Return what the knobs cannot take up."""
@@ -138,6 +158,7 @@ class Screen:
         return replace(
             best,
             shown={key: self.shown.get(key, []) for key in keys},
+            slopes={key: self.slopes[key] for key in keys if key in self.slopes},
             promised=max(self.promised.get(k, Promise(0.0, k, 0.0)) for k in keys),
         )
 
@@ -215,6 +236,14 @@ class Screen:
         """Keep the most that a figure promised."""
         self.promised[one.key] = max(self.promised.get(one.key, one), one)
 
+    def note_slope(self, key: str, step: float, d: Array) -> None:
+        """Keep what a figure changes, from the smallest step that was tried."""
+        if len(d) > ROOM:
+            return
+        if key not in self.slopes or abs(step) < self.slopes[key].step:
+            per = d / step
+            self.slopes[key] = Slope(per, -float(self.left @ per), abs(step))
+
     def promise(self, d: Array) -> float:
         """Nats that a signal would gain at its best size."""
         return 0.5 * max(-float(self.left @ d), 0.0) ** 2 / (float(d @ d) or 1.0)
@@ -246,6 +275,8 @@ class Screen:
                 x = start + (x - start) * 100
                 continue
             best = max(best, (self.gain(whole), x))
+            if not held:
+                self.note_slope(search.key, x - start, d)
             share = -float((self.left + before) @ d) / size
             promise = 0.5 * share**2 * size
             if abs(share) > 1 and not held:

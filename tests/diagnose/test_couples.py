@@ -1,0 +1,60 @@
+"""Two effects that hide each other are found together."""
+
+import json
+
+import numpy as np
+import pytest
+
+from rcc_sim.analyse.logged import open_log
+from rcc_sim.blind.make import make
+from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose.candidates import Candidate, Search
+from rcc_sim.diagnose.couples import most_promising
+from rcc_sim.diagnose.fit import Fit
+from rcc_sim.diagnose.run import diagnose
+from rcc_sim.diagnose.screen import Screened, Slope
+
+
+def candidate(name, row, left):
+    search = Search(f"effects.{name}.x", 0.0, -10.0, 10.0, 1.0, most=1e9)
+    slope = Slope(row, -float(left @ row), 1.0)
+    return Screened(Candidate(name, (search,)), 0.0, slopes={search.key: slope})
+
+
+def test_the_two_that_promise_most_are_those_of_least_squares():
+    rng = np.random.default_rng(2)
+    rows = rng.standard_normal((6, 500))
+    rows[4] = -rows[1] + 0.3 * rng.standard_normal(500)  # each hides the other
+    left = -(3.0 * rows[1] + 2.5 * rows[4]) + 0.1 * rng.standard_normal(500)
+    found = [candidate(f"effect_{i}", row, left) for i, row in enumerate(rows)]
+    best = most_promising(Fit({}, (), 0.0, 0.0, [], []), found)
+    assert set(best.effects) == {"effect_1", "effect_4"}
+    two = rows[[1, 4]].T
+    solved, (rest,), *_ = np.linalg.lstsq(two, -left, rcond=None)
+    assert list(best.values.values()) == pytest.approx(solved, rel=1e-9)
+    assert best.nats == pytest.approx(0.5 * (left @ left - rest), rel=1e-6)
+
+
+def test_no_two_are_promised_out_of_their_bounds():
+    rng = np.random.default_rng(3)
+    rows = rng.standard_normal((2, 200))
+    left = 12.0 * rows[0] + rows[1]
+    found = [candidate(f"effect_{i}", row, left) for i, row in enumerate(rows)]
+    assert most_promising(Fit({}, (), 0.0, 0.0, [], []), found) is None
+
+
+@pytest.mark.slow
+def test_a_speed_that_reads_too_little_and_a_drag_that_hides_it_are_told(tmp_path):
+    """A drive of the blind plant in which neither gains anything alone."""
+    labels = tmp_path / "labels.json"
+    make(tmp_path / "cases", cases=2, seed=37380211, labels=labels)
+    true = json.loads(labels.read_text())["cases"]["c0001"]["magnitudes"]
+    assert set(true) == {"speed_sensor_scale", "drivetrain_damping"}
+    case = tmp_path / "cases" / "c0001"
+    car = load_vehicle(case / "vehicle.toml")
+    found = diagnose([open_log(case / "log.csv.gz", car)], car)
+    figures = {a.cause.effect: a.figures for a in found.asserted}
+    assert set(figures) == set(true)
+    for effect, values in true.items():
+        for name, value in values.items():
+            assert figures[effect][name].value == pytest.approx(value, rel=0.05)
