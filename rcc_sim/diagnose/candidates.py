@@ -280,7 +280,7 @@ def search_of(problem: Problem, effect: Effect, param: Param) -> Search:
     elif a < 0:
         first = param.neutral + 0.3 * b
     elif param.neutral == 1.0:
-        first = 0.5 * (1 + a)
+        first = 0.5 * (1 + (a if a < 1 else b))
         least = SLIGHT * max(1 - a, b - 1)
         low = max(low, 1 - BEYOND * (1 - a))
         high = min(high, 1 + BEYOND * max(b - 1, 0.0))

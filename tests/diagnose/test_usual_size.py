@@ -77,3 +77,11 @@ def test_nine_of_ten_are_no_larger_than_is_usual():
         assert one.price(1 - times * 0.15) == pytest.approx(nats, rel=1e-3)
     limit = Search("effects.current_limit.max_current_a", np.inf, 0.0, np.inf, 10.0)
     assert limit.price(30.0) == 0.0
+
+
+def test_every_search_begins_away_from_where_its_effect_vanishes(driven):
+    _, able = driven
+    searches = [s for candidate in able for s in candidate.searches if not s.grid]
+    assert {s.key.split(".")[1] for s in searches} >= {"throttle_gain", "gear_loss"}
+    assert all(s.first != s.neutral for s in searches)
+    assert all(s.low <= s.first <= s.high for s in searches)
