@@ -37,7 +37,8 @@ def twin(score):
 def test_a_twin_of_the_first_takes_the_place_of_both(monkeypatch, less, names):
     monkeypatch.setattr(descent, "fit", lambda *_: fitted(1000.0 - less))
     both, fit = [DRAG, FRICTION], fitted(1000.0)
-    causes, now = one_alone(None, both, fit, [twin(985.0)])
+    engine = SimpleNamespace(residuals=lambda _: [np.ones(9)])
+    causes, now = one_alone(engine, both, fit, [twin(985.0)])
     assert len(causes) == names
     assert (now is fit) == (names == 2)
     if names == 1:
