@@ -122,7 +122,8 @@ def compete(
             if both is None:
                 break
             two, current = both
-            causes = [*causes, *(replace(c, screened=constant) for c in two)]
+            for one in two:
+                causes = taken_in(causes, replace(one, screened=constant))
             causes, current = with_all_figures(engine, current, causes, candidates)
             continue
         causes = taken_in(causes, replace(one, screened=constant))

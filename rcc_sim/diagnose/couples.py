@@ -1,8 +1,8 @@
 """Two effects at once, neither of which gains without the other.
 
-A speed that reads too much makes a car look as if nothing held it back, and a bearing's
-drag makes up for that: a loop that holds the speed hides each from a search that takes
-one cause after the other.
+Where a loop holds the speed, a sensor that reads too little and a bearing's drag hide
+each other: either alone makes speed or current fit worse, and a search that takes one
+cause after the other begins with neither.
 """
 
 from __future__ import annotations
@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.diagnose import descent
-from rcc_sim.diagnose.candidates import Search
 from rcc_sim.diagnose.cause import ENOUGH
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
@@ -64,6 +63,7 @@ def coupled(
         The fit, and effect -> dotted key and nats; None where one of them is not
         needed, or no further from neutral than any model is exact.
     """
+    found = [r for r in found if r.slopes]  # each once, as the screen left it
     best = most_promising(base, found)
     if best is None or best.nats < 2 * ENOUGH:
         return None
@@ -101,21 +101,20 @@ def most_promising(base: Fit, found: Sequence[Screened]) -> Couple | None:
 
     less the price of each strength; None if no two lie within their bounds.
     """
-    slopes: list[tuple[str, Search]] = [
-        (r.candidate.effect, s)
+    sloped = [
+        (r.candidate.effect, s, r.slopes[s.key])
         for r in found
         for s in r.candidate.searches
         if s.key in r.slopes
     ]
-    if len(slopes) < 2:
+    if len(sloped) < 2:
         return None
-    of = {key: slope for r in found for key, slope in r.slopes.items()}
-    D = np.stack([of[s.key].signal for _, s in slopes])
-    lean = np.array([of[s.key].lean for _, s in slopes])
+    D = np.stack([slope.signal for *_, slope in sloped])
+    lean = np.array([slope.lean for *_, slope in sloped])
     G = D @ D.T
     best: Couple | None = None
-    for i, j in combinations(range(len(slopes)), 2):
-        (one, a), (other, b) = slopes[i], slopes[j]
+    for i, j in combinations(range(len(sloped)), 2):
+        (one, a, _), (other, b, _) = sloped[i], sloped[j]
         if one == other or G[i, j] ** 2 >= APART * G[i, i] * G[j, j]:
             continue
         step = np.linalg.solve(G[np.ix_([i, j], [i, j])], lean[[i, j]])

@@ -48,9 +48,9 @@ FARTHEST = 10.0
 """Most that one try may reach beyond the last, in times its distance from neutral."""
 
 
-ROOM = 2_000_000
-"""Most rows, all channels together, of which what each figure changes is kept: some
-hundred bytes a row."""
+ROOM = 1_000_000
+"""Most rows, all channels together, of which what each figure changes is kept: 8
+bytes a row and figure."""
 
 
 class Promise(NamedTuple):
