@@ -63,7 +63,8 @@ class Explanation:
     causes : tuple of Cause
         Strongest first.
     ranking : dict
-        Effect -> nats it gained alone, of all candidates.
+        Effect -> nats it gained alone, of all candidates; of two that hide each other,
+        beside the other.
     least_seen : dict
         Effect -> parameter -> least strength that the logs would have told beside the
         tolerances; None where they tell none that is usual.
@@ -123,6 +124,7 @@ def compete(
                 break
             two, current = both
             for one in two:
+                ranking[one.effect] = max(ranking.get(one.effect, 0.0), one.gain)
                 causes = taken_in(causes, replace(one, screened=constant))
             causes, current = with_all_figures(engine, current, causes, candidates)
             continue
