@@ -28,6 +28,7 @@ from rcc_sim.diagnose.varying import (
     with_acting,
     with_profile,
 )
+from rcc_sim.errors import InputError
 
 Array = NDArray[np.float64]
 
@@ -351,5 +352,10 @@ def shares_of(
 ) -> Array:
     """Share of each track in what some figures of a fit change together."""
     without = {k: x for k, x in fit.values.items() if k not in keys}
-    pairs = zip(engine.residuals(without), fit.residuals, strict=True)
-    return shares([np.nan_to_num(a - b) for a, b in pairs], noise)
+    try:
+        pairs = zip(engine.residuals(without), fit.residuals, strict=True)
+        changed = [np.nan_to_num(a - b) for a, b in pairs]
+    except InputError:  # another cause acts through it: to first order
+        own = [j for j, k in zip(fit.signals, fit.knobs, strict=True) if k.key in keys]
+        changed = [np.nan_to_num(sum(of)) for of in zip(*own, strict=True)]
+    return shares(changed, noise)

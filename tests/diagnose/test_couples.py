@@ -1,18 +1,27 @@
 """Two effects that hide each other are found together."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from rcc_sim.analyse.logged import open_log
 from rcc_sim.blind.make import make
+from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.candidates import Candidate, Search
+from rcc_sim.diagnose.compete import shares_of
 from rcc_sim.diagnose.couples import most_promising
+from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
+from rcc_sim.diagnose.knobs import Knob
+from rcc_sim.diagnose.posed import problem_of
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.diagnose.screen import Screened, Slope
+from rcc_sim.errors import InputError
+from rcc_sim.simulate.run import simulate
+from rcc_sim.trace import Trace
 
 
 def candidate(name, row, left):
@@ -58,3 +67,20 @@ def test_a_speed_that_reads_too_little_and_a_drag_that_hides_it_are_told(tmp_pat
     for effect, values in true.items():
         for name, value in values.items():
             assert figures[effect][name].value == pytest.approx(value, rel=0.05)
+
+
+def test_a_drag_through_which_a_wind_acts_has_its_tracks():
+    """No vehicle has the wind without the drag; where the drag acts is told still."""
+    drag, wind = "effects.aerodynamic_drag.drag_area_m2", "effects.headwind.speed_mps"
+    car = load_vehicle("rcc")
+    run = simulate(car, parse_cycle("udds[20:60]"), output_rate=50.0).trace
+    names = ("time_s", "speed_ref_mps", "speed_mps", "motor_current_a")
+    engine = Engine([problem_of(Trace({c: run[c] for c in names}), car)])
+    values = {drag: 0.05, wind: 2.0}
+    knobs = [Knob(key, x, step=0.1 * x) for key, x in values.items()]
+    fit = engine.evaluate(values, knobs)
+    fit = replace(fit, signals=engine.signals(values, knobs))
+    with pytest.raises(InputError):
+        engine.residuals({wind: 2.0})
+    for key in values:
+        assert shares_of(engine, fit, [key], fit.noise).sum() == pytest.approx(1.0)
