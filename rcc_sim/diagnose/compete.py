@@ -120,10 +120,11 @@ def compete(
                 continue
         if not (best and one) or best.trusted < needed_gain(causes, one.shares):
             told(f"two causes at once, {turn + 1}")
-            both = both_of(engine, current, [r for r, _ in found], causes)
-            if both is None:
+            both = coupled(engine, current, [r for r, _ in found])
+            two = [cause_of(engine, r, r.fit.noise) for r in both]
+            if not two or any(c.gain < needed_gain(causes, c.shares) for c in two):
                 break
-            two, current = both
+            current = both[0].fit
             for one in two:
                 ranking[one.effect] = max(ranking.get(one.effect, 0.0), one.gain)
                 causes = taken_in(causes, replace(one, screened=constant))
@@ -313,23 +314,6 @@ def needed_gain(causes: Sequence[Cause], where: Array) -> float:
         for c in causes
     ]
     return max([ENOUGH, *misfits])
-
-
-def both_of(
-    engine: Engine, fit: Fit, found: Sequence[Screened], causes: Sequence[Cause]
-) -> tuple[list[Cause], Fit] | None:
-    """Return two causes that the logs ask for together alone, and the fit with them."""
-    both = coupled(engine, fit, found)
-    if both is None:
-        return None
-    now, gains = both
-    two = [
-        Cause(e, (key,), nats, shares=shares_of(engine, now, [key], now.noise))
-        for e, (key, nats) in gains.items()
-    ]
-    if any(c.gain < needed_gain(causes, c.shares) for c in two):
-        return None
-    return two, now
 
 
 def cause_of(engine: Engine, best: Refined, noise: list[Whitener]) -> Cause:

@@ -8,8 +8,8 @@ cause after the other begins with neither.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import combinations
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.cause import ENOUGH
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
-from rcc_sim.diagnose.refine import LESS_LIKELY, effect_knobs
+from rcc_sim.diagnose.refine import Refined, effect_knobs, handicap
 from rcc_sim.diagnose.screen import Screened
 
 Array = NDArray[np.float64]
@@ -27,28 +27,8 @@ APART = 0.99
 """Square of the correlation of two signals beyond which no log tells them apart."""
 
 
-class Couple(NamedTuple):
-    """Two effects, each at a strength that the signals of both ask for.
-
-    Parameters
-    ----------
-    nats : float
-        What they promise together, less their prices.
-    effects : tuple of str
-        Their ids.
-    values : dict
-        A figure of each, in the same order -> its strength.
-    """
-
-    nats: float
-    effects: tuple[str, str]
-    values: dict[str, float]
-
-
-def coupled(
-    engine: Engine, base: Fit, found: Sequence[Screened]
-) -> tuple[Fit, dict[str, tuple[str, float]]] | None:
-    """Return a fit with two effects and what each gains beside the other, if any do.
+def coupled(engine: Engine, base: Fit, found: Sequence[Screened]) -> list[Refined]:
+    """Return two effects, each with what it gains beside the other, if any two do.
 
     Parameters
     ----------
@@ -59,63 +39,57 @@ def coupled(
 
     Returns
     -------
-    fit, gains
-        The fit, and effect -> dotted key and nats; None where one of them is not
-        needed, or no further from neutral than any model is exact.
+    list of Refined
+        Both, with the fit that holds both; none where one of them is not needed, or no
+        further from neutral than any model is exact.
     """
-    found = [r for r in found if r.slopes]  # each once, as the screen left it
-    best = most_promising(base, found)
-    if best is None or best.nats < 2 * ENOUGH:
-        return None
-    searches = {s.key: s for r in found for s in r.candidate.searches}
-    mine = [k for r in found for k in effect_knobs(with_values(r, best.values))]
-    knobs = [*(k for k in base.knobs if k.key not in best.values), *mine]
-    now = engine.attempt(base.values | best.values, knobs, base.noise)
+    nats, two = most_promising(base, found)
+    if nats < 2 * ENOUGH:
+        return []
+    values = {key: x for one in two for key, x in one.values.items()}
+    knobs = [k for k in base.knobs if k.key not in values]
+    knobs += [k for one in two for k in effect_knobs(one)]
+    now = engine.attempt(base.values | values, knobs, base.noise)
     if now is None:
-        return None
+        return []
     now = descent.fit(engine, now.values, now.knobs, base.noise)
-    gains: dict[str, tuple[str, float]] = {}
-    for effect, key in zip(best.effects, best.values, strict=True):
-        less = descent.under_its_noise(engine, now.without([key]))
-        far = abs(now.values[key] - searches[key].neutral) > searches[key].least
-        price = searches[key].price(now.values[key]) + LESS_LIKELY.get(effect, 0.0)
-        if less is None or not far or now.score - less.score - price < ENOUGH:
-            return None
-        gains[effect] = (key, now.score - less.score - price)
-    return now, gains
+    refined = []
+    for one in two:
+        less = descent.under_its_noise(engine, now.without(list(one.values)))
+        if less is None:
+            return []
+        gain = now.score - less.score - handicap(one, now.values)
+        refined.append(Refined(one, now, gain, gain))
+    return refined if all(r.reaches(ENOUGH) for r in refined) else []
 
 
-def with_values(screened: Screened, values: dict[str, float]) -> Screened:
-    """Return a candidate with those of some strengths that are its own."""
-    own = {s.key for s in screened.candidate.searches}
-    mine = {k: x for k, x in values.items() if k in own}
-    return Screened(screened.candidate, 0.0, mine)
-
-
-def most_promising(base: Fit, found: Sequence[Screened]) -> Couple | None:
-    r"""Return the two figures whose signals together promise most.
+def most_promising(
+    base: Fit, found: Sequence[Screened]
+) -> tuple[float, tuple[Screened, ...]]:
+    r"""Return what two effects promise most together, and them, a figure of each.
 
     With signals d (whitened, beyond the knobs' reach) and what is left r,
 
     .. math:: x = -(D^T D)^{-1} D^T r, \quad \tfrac12 x^T D^T D x
 
-    less the price of each strength; None if no two lie within their bounds.
+    less what each starts behind; 0 and none if no two lie within their bounds.
     """
     sloped = [
-        (r.candidate.effect, s, r.slopes[s.key])
+        (r, s, r.slopes[s.key])
         for r in found
         for s in r.candidate.searches
         if s.key in r.slopes
     ]
+    best: tuple[float, tuple[Screened, ...]] = (0.0, ())
     if len(sloped) < 2:
-        return None
+        return best
     D = np.stack([slope.signal for *_, slope in sloped])
     lean = np.array([slope.lean for *_, slope in sloped])
     G = D @ D.T
-    best: Couple | None = None
     for i, j in combinations(range(len(sloped)), 2):
         (one, a, _), (other, b, _) = sloped[i], sloped[j]
-        if one == other or G[i, j] ** 2 >= APART * G[i, i] * G[j, j]:
+        alike = one.candidate.effect == other.candidate.effect
+        if alike or G[i, j] ** 2 >= APART * G[i, i] * G[j, j]:
             continue
         step = np.linalg.solve(G[np.ix_([i, j], [i, j])], lean[[i, j]])
         values = {
@@ -124,9 +98,11 @@ def most_promising(base: Fit, found: Sequence[Screened]) -> Couple | None:
         }
         if not all(s.low <= values[s.key] <= s.high for s in (a, b)):
             continue
-        prices = sum(s.price(values[s.key]) for s in (a, b))
-        behind = sum(LESS_LIKELY.get(effect, 0.0) for effect in (one, other))
-        nats = 0.5 * float(lean[[i, j]] @ step) - prices - behind
-        if best is None or nats > best.nats:
-            best = Couple(nats, (one, other), values)
+        two = (
+            replace(one, values={a.key: values[a.key]}),
+            replace(other, values={b.key: values[b.key]}),
+        )
+        nats = 0.5 * float(lean[[i, j]] @ step)
+        nats -= sum(handicap(r, values) for r in two)
+        best = max(best, (nats, two), key=lambda pair: pair[0])
     return best

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import inf
 
@@ -261,7 +261,7 @@ def refine(
         if fit is None:
             continue
         moved = replace(r, values={k: fit.values[k] for k in r.values})
-        before = fit.score - base.score - handicap(r, fit)
+        before = fit.score - base.score - handicap(r, fit.values)
         every.append(Refined(moved, fit, before, before, fit.prior - base.prior))
     best = max(every, key=lambda r: r.before, default=None)
     if best is None or best.before <= 0:
@@ -279,11 +279,11 @@ def ranked(refined: Sequence[Refined]) -> list[Refined]:
     return plainest_first([r for i, r in enumerate(close) if names[i] not in names[:i]])
 
 
-def handicap(screened: Screened, fit: Fit) -> float:
-    """Nats that an effect starts behind, and those that its strength in a fit costs."""
+def handicap(screened: Screened, values: Mapping[str, float]) -> float:
+    """Nats that an effect starts behind, and those that its strength costs."""
     one = screened.candidate
     less = LESS_LIKELY.get(one.effect, 0.0)
-    return less + one.price(fit.values, screened.values)
+    return less + one.price(values, screened.values)
 
 
 def beyond_least(engine: Engine, base: Fit, found: Refined, along: Tangent) -> float:
@@ -320,13 +320,13 @@ def by_its_noise(
     def one(r: Refined) -> Refined:
         start = replace(r.fit, knobs=base.knobs, signals=base.signals)
         # of a gain that holds, how far beyond matters of the best alone
-        holds = again.score + r.before + handicap(r.screened, r.fit)
+        holds = again.score + r.before + handicap(r.screened, r.fit.values)
         enough = inf if r is best else holds
         fit = with_effect(engine, start, r.screened, noise, along, enough) or r.fit
         if r is best and fit.score < holds:
             # its signals have bent on the way: find them anew
             fit = descent.improve(engine, fit, rounds=ANEW)
-        after = fit.score - again.score - handicap(r.screened, fit)
+        after = fit.score - again.score - handicap(r.screened, fit.values)
         even = steady(engine.gains(again, fit))
         eased = fit.prior - again.prior
         done = replace(r, fit=fit, after=after, eased=eased, steady=even)

@@ -153,8 +153,11 @@ def as_true(vehicle: Vehicle, drive: Drive) -> tuple[Measured, Array]:
         earlier(drive, torque, of_motor),
         earlier(drive, accel, of_speed),
     )
-    then = drive.time + of_speed
-    return measured, np.maximum(then - drive.time[read_by(drive, of_speed)], 0.0)
+    ago = np.zeros(len(drive.time))
+    if of_speed and not drive.imposed:
+        then = drive.time + of_speed
+        ago = np.maximum(then - drive.time[read_by(drive, of_speed)], 0.0)
+    return measured, ago
 
 
 def figure_of(vehicle: Vehicle, effect: str, name: str, neutral: float) -> float:

@@ -36,12 +36,13 @@ def test_the_two_that_promise_most_are_those_of_least_squares():
     rows[4] = -rows[1] + 0.3 * rng.standard_normal(500)  # each hides the other
     left = -(3.0 * rows[1] + 2.5 * rows[4]) + 0.1 * rng.standard_normal(500)
     found = [candidate(f"effect_{i}", row, left) for i, row in enumerate(rows)]
-    best = most_promising(Fit({}, (), 0.0, 0.0, [], []), found)
-    assert set(best.effects) == {"effect_1", "effect_4"}
+    nats, best = most_promising(Fit({}, (), 0.0, 0.0, [], []), found)
+    assert {one.candidate.effect for one in best} == {"effect_1", "effect_4"}
     two = rows[[1, 4]].T
     solved, (rest,), *_ = np.linalg.lstsq(two, -left, rcond=None)
-    assert list(best.values.values()) == pytest.approx(solved, rel=1e-9)
-    assert best.nats == pytest.approx(0.5 * (left @ left - rest), rel=1e-6)
+    values = [x for one in best for x in one.values.values()]
+    assert values == pytest.approx(solved, rel=1e-9)
+    assert nats == pytest.approx(0.5 * (left @ left - rest), rel=1e-6)
 
 
 def test_no_two_are_promised_out_of_their_bounds():
@@ -49,7 +50,7 @@ def test_no_two_are_promised_out_of_their_bounds():
     rows = rng.standard_normal((2, 200))
     left = 12.0 * rows[0] + rows[1]
     found = [candidate(f"effect_{i}", row, left) for i, row in enumerate(rows)]
-    assert most_promising(Fit({}, (), 0.0, 0.0, [], []), found) is None
+    assert most_promising(Fit({}, (), 0.0, 0.0, [], []), found) == (0.0, ())
 
 
 @pytest.mark.slow

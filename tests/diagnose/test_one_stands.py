@@ -3,13 +3,12 @@
 import numpy as np
 import pytest
 
-from rcc_sim.analyse.logged import open_log
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.profile import overlap
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import replay
-from rcc_sim.trace import Trace, write_trace
+from rcc_sim.trace import Trace
+from tests.diagnose.test_standstill import opened
 
 CAR = load_vehicle("dart_jetracer")
 FRICTION = {"a_n": 1.266, "b_n_s_per_m": 0.7393, "c_n_s2_per_m2": -0.1123}
@@ -29,10 +28,7 @@ def step(throttle, seed, folder):
         c: out[c] + max(size, 0.002) * rng.standard_normal(len(t))
         for c, size in noises.items()
     }
-    path = folder / f"{throttle}.csv"
-    with path.open("wb") as file:
-        write_trace(Trace(commands | seen), file)
-    return open_log(path, CAR)
+    return opened(Trace(commands | seen), folder / f"{throttle}.csv", CAR)
 
 
 @pytest.mark.slow
@@ -47,10 +43,3 @@ def test_a_friction_is_found_in_logs_one_of_which_stands(tmp_path):
         true = FRICTION["a_n"] + FRICTION["b_n_s_per_m"] * v
         true += FRICTION["c_n_s2_per_m2"] * v**2
         assert a + b * v + c * v**2 == pytest.approx(true, rel=0.1)
-
-
-def test_who_acts_in_the_same_tracks_is_alike():
-    one, other = np.array([0.5, 0.3, 0.2, 0.0]), np.array([0.2, 0.3, 0.5, 0.0])
-    assert overlap(one, one) == pytest.approx(1.0)
-    assert overlap(one, np.array([0.0, 0.0, 0.0, 1.0])) == 0.0
-    assert 0.9 < overlap(one, other) < 1.0

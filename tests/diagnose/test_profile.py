@@ -107,6 +107,8 @@ def test_overlap_is_one_for_the_same_tracks_and_none_apart():
     a, b = np.array([0.25, 0.75, 0.0]), np.array([0.0, 0.0, 1.0])
     assert overlap(a, a) == pytest.approx(1)
     assert overlap(a, b) == 0
+    more, less = np.array([0.5, 0.3, 0.2, 0.0]), np.array([0.2, 0.3, 0.5, 0.0])
+    assert 0.9 < overlap(more, less) < 1.0
 
 
 @pytest.mark.parametrize("left", [1e-2, 1e-4, 1e-6, 1e-8])
