@@ -65,9 +65,7 @@ def fit(
         before = now.score
         now = improved(engine, now, 2 if noise is None and not turn else ROUNDS)
         gain = now.score - before
-        learnt = engine.learn_noise(now.residuals)
-        loglik = engine.loglik(now.residuals, learnt)
-        now = replace(now, noise=learnt, loglik=loglik)
+        now = engine.judged(now, engine.learn_noise(now.residuals))
         if turn and gain < SETTLED:
             break
     return now
@@ -88,11 +86,13 @@ def improve(
     along: Tangent | None = None,
     fixed: bool = False,
     rounds: int,
+    least: float = LITTLE,
 ) -> Fit:
     """Return a better fit under the same noise, after some rounds at most.
 
     Signals may be given that were found nearby. They are found anew, unless they
-    are ``fixed``, once a step along them gains less than it should.
+    are ``fixed``, once a step along them gains less than it should. None is tried that
+    promises no more than the ``least`` nats.
     """
     tangent, old = along, along is not None
     for turn in range(rounds):
@@ -106,7 +106,7 @@ def improve(
         )
         now = replace(now, knobs=knobs, information=H, signals=tangent.signals)
         promised = 0.5 * float(step @ H @ step)
-        new = line_search(engine, now, step, promised) if promised > LITTLE else None
+        new = line_search(engine, now, step, promised, least)
         gain = new.score - now.score if new else 0.0
         if new:
             now = replace(new, information=H, signals=tangent.signals)
@@ -177,16 +177,19 @@ def bounded_step(H: Array, g: Array, least: Mask, most: Mask) -> Array:
         free &= ~held
 
 
-def line_search(engine: Engine, now: Fit, step: Array, promised: float) -> Fit | None:
+def line_search(
+    engine: Engine, now: Fit, step: Array, promised: float, least: float
+) -> Fit | None:
     """The first of ever shorter steps that is better, if any is.
 
-    One that gains more than was promised is lengthened as long as that gains: rows
-    at which a limit or a tick comes a moment sooner make the way look stiffer than
-    it is.
+    A share s of a step gains s (2 - s) of what all of it promises: none is tried for no
+    more than the ``least`` nats. One that gains more than was promised is lengthened as
+    long as that gains: rows at which a limit or a tick comes a moment sooner make the
+    way look stiffer than it is.
     """
     share, new = engine.first(
         lambda share: (share, stepped(engine, now, share * step)),
-        SHORTER,
+        [s for s in SHORTER if s * (2 - s) * promised > least],
         lambda tried: tried[1] is not None and tried[1].score > now.score,
     ) or (0.0, None)
     if new is None:

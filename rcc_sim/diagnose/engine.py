@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import replace
 from itertools import zip_longest
 from math import inf, isfinite
 from typing import TypeVar
@@ -167,6 +168,10 @@ class Engine:
         )
         return Fit(dict(values), knobs, self.loglik(e, noise), prior, noise, e)
 
+    def judged(self, fit: Fit, noise: list[Whitener]) -> Fit:
+        """Return the same figures judged under another noise."""
+        return replace(fit, noise=noise, loglik=self.loglik(fit.residuals, noise))
+
     def attempt(
         self, values: dict[str, float], knobs: Sequence[Knob], noise: list[Whitener]
     ) -> Fit | None:
@@ -183,26 +188,37 @@ class Engine:
 
         Nil where no vehicle can have the figure a little larger, nor smaller.
         """
-        base = self.residuals(values, coarse=True)
 
-        def one(k: Knob) -> list[Array]:
+        def moved(k: Knob | None, wider: float = WIDER[0]) -> tuple[float, list[Array]]:
+            if k is None:
+                return 0.0, self.residuals(values, coarse=True)
             if k.key.startswith(BIAS):
-                added = self.offset(k.key)
-                return [
-                    np.zeros_like(e) - added.get(i, 0.0) for i, e in enumerate(base)
-                ]
-            for wider in WIDER if k.sd == inf else WIDER[:1]:
-                try:
-                    h, new = self.aside(values, k, k.inward(values[k.key], wider))
-                except InputError:
-                    return [np.zeros_like(e) for e in base]
-                per = 1 / h if h else 0.0  # too small for the figure to change
-                change = [per * (a - b) for a, b in zip(new, base, strict=True)]
-                if any(np.nan_to_num(c).any() for c in change):
-                    break
-            return change
+                return 0.0, []
+            try:
+                return self.aside(values, k, k.inward(values[k.key], wider))
+            except InputError:
+                return 0.0, []
 
-        return self.each(one, knobs)
+        (_, base), *all_moved = self.each(moved, [None, *knobs])
+
+        def change(h: float, there: list[Array]) -> list[Array]:
+            if not h:  # none is possible, or it is too small for the figure to change
+                return [np.zeros_like(e) for e in base]
+            return [1 / h * (a - b) for a, b in zip(there, base, strict=True)]
+
+        def one(pair: tuple[Knob, tuple[float, list[Array]]]) -> list[Array]:
+            k, first = pair
+            if k.key.startswith(BIAS):
+                off = self.offset(k.key)
+                return [np.zeros_like(e) - off.get(i, 0.0) for i, e in enumerate(base)]
+            found = change(*first)
+            for wider in WIDER[1:] if k.sd == inf else ():
+                if any(np.nan_to_num(c).any() for c in found):
+                    break
+                found = change(*moved(k, wider))
+            return found
+
+        return self.each(one, list(zip(knobs, all_moved, strict=True)))
 
     def aside(
         self, values: dict[str, float], knob: Knob, h: float

@@ -27,7 +27,7 @@ FAR_BEHIND = 0.2
 """Share of the best gain below which a candidate is not refined."""
 
 HOPELESS = 0.3
-"""Share of what is needed below which the best screened gain ends the search."""
+"""Share of what is needed below which no screened gain is worth refining."""
 
 TIED = 3.0
 """Nats below which two candidates cannot be told apart: odds of 20 to 1 (Jeffreys'
@@ -210,9 +210,8 @@ def likely(
     A strong effect may gain several times more once it is refined.
     """
     most = max((r.gain for r, _ in found), default=0.0)
-    if most < HOPELESS * needed:
-        return []
-    return [pair for pair in found if pair[0].gain > FAR_BEHIND * most][:REFINED]
+    least = max(FAR_BEHIND * most, HOPELESS * needed)
+    return [pair for pair in found if pair[0].gain > least][:REFINED]
 
 
 def contenders(
@@ -313,16 +312,16 @@ def by_its_noise(
 ) -> list[Refined]:
     """Refine candidates on, by the noise that the best of them leaves."""
     noise = engine.learn_noise(best.fit.residuals)
-    again = engine.evaluate(base.values, base.knobs, noise)
     along = engine.whitened(base.signals, noise)
+    again = engine.judged(base, noise)
     again = descent.improve(engine, again, along=along, fixed=True, rounds=3)
 
     def one(r: Refined) -> Refined:
-        start = replace(r.fit, knobs=base.knobs, signals=base.signals)
         # of a gain that holds, how far beyond matters of the best alone
         holds = again.score + r.before + handicap(r.screened, r.fit.values)
         enough = inf if r is best else holds
-        fit = with_effect(engine, start, r.screened, noise, along, enough) or r.fit
+        start = engine.judged(r.fit, noise)
+        fit = settled(engine, start, r.screened, base, along, enough)
         if r is best and fit.score < holds:
             # its signals have bent on the way: find them anew
             fit = descent.improve(engine, fit, rounds=ANEW)
@@ -357,34 +356,49 @@ def with_effect(
     screened: Screened,
     noise: list[Whitener],
     along: Tangent,
-    enough: float = inf,
 ) -> Fit | None:
     """Refine one candidate under given noise, the knobs of the base giving way.
 
-    It ends where the score is enough; None where no vehicle can have such a strength.
+    None where no vehicle can have such a strength.
     """
     mine = effect_knobs(screened)
     keys = {k.key for k in mine}
-    gone = [i for i, k in enumerate(base.knobs) if k.key in keys]
-    kept = along.but(gone)
     knobs = [k for k in base.knobs if k.key not in keys] + mine
-    now = engine.attempt(base.values | screened.values, knobs, noise)
-    if now is None:
-        return None
+    start = engine.attempt(base.values | screened.values, knobs, noise)
+    return start and settled(engine, start, screened, base, along)
+
+
+def settled(
+    engine: Engine,
+    start: Fit,
+    screened: Screened,
+    base: Fit,
+    along: Tangent,
+    enough: float = inf,
+) -> Fit:
+    """Refine one candidate further, along the signals that the knobs have at the base.
+
+    It ends where the score is enough.
+    """
+    keys = {k.key for k in effect_knobs(screened)}
+    kept = along.but([i for i, k in enumerate(base.knobs) if k.key in keys])
+    now = start
     for _ in range(STEPS):
-        mine = [k for k in now.knobs if k.key in keys]
-        own = engine.tangent(now.values, mine, noise)
-        new = descent.improve(engine, now, along=kept + own, fixed=True, rounds=1)
-        gain = new.score - now.score
-        now = new
         if now.score >= enough:
             return now
+        mine = [k for k in now.knobs if k.key in keys]
+        own = engine.tangent(now.values, mine, now.noise)
+        new = descent.improve(
+            engine, now, along=kept + own, fixed=True, rounds=1, least=SETTLED
+        )
+        gain = new.score - now.score
+        now = new
         if gain < SETTLED:
             if not any(k.by_factor for k in mine):
                 return now
             break
     # so far off that the base's own signals have bent, or grown by a factor
-    return descent.improve(engine, now, rounds=ANEW)
+    return descent.improve(engine, now, rounds=ANEW, least=SETTLED)
 
 
 def effect_knobs(screened: Screened) -> list[Knob]:

@@ -18,6 +18,7 @@ from rcc_sim.errors import InputError
 @pytest.mark.parametrize("x", [0.52, 8.98], ids=["inside", "beside its bound"])
 def test_a_figure_that_acts_in_steps_has_a_slope_all_the_same(x):
     engine = object.__new__(Engine)  # without a log
+    engine.pool = None
     engine.residuals = lambda values, coarse=False: [
         -np.round(values["x"], 1) * np.arange(1.0, 9.0)
     ]
@@ -34,6 +35,7 @@ def test_a_step_stays_between_narrow_bounds():
         return [np.zeros(3)]
 
     engine = object.__new__(Engine)
+    engine.pool = None
     engine.residuals = residuals
     ((signal,),) = engine.signals({"x": 1.0}, [Knob("x", 1.0, low=1.0, high=1.05)])
     assert not signal.any()
@@ -47,6 +49,7 @@ def test_a_slope_is_found_beside_figures_that_no_vehicle_has():
         return [-3.0 * values["x"] * np.ones(4)]
 
     engine = object.__new__(Engine)
+    engine.pool = None
     engine.residuals = residuals
     ((signal,),) = engine.signals({"x": 1.0}, [Knob("x", 0.5, sd=0.1)])
     np.testing.assert_allclose(signal, -3.0)
