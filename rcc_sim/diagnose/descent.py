@@ -98,18 +98,12 @@ def improve(
     for turn in range(rounds):
         if tangent is None:
             tangent, old = engine.tangent(now.values, now.knobs, now.noise), False
-        step, H = newton_step(engine, now, tangent.white)
-        knobs = finer(now.knobs, H)
+        new, promised = advance(engine, now, tangent, least)
         old |= any(
             k.stride < MUCH * was.stride
-            for k, was in zip(knobs, now.knobs, strict=True)
+            for k, was in zip(new.knobs, now.knobs, strict=True)
         )
-        now = replace(now, knobs=knobs, information=H, signals=tangent.signals)
-        promised = 0.5 * float(step @ H @ step)
-        new = line_search(engine, now, step, promised, least)
-        gain = new.score - now.score if new else 0.0
-        if new:
-            now = replace(new, information=H, signals=tangent.signals)
+        gain, now = new.score - now.score, new
         settled = gain < (LITTLE if turn < PATIENT else SETTLED)
         if settled and (fixed or not old):
             break
@@ -117,6 +111,23 @@ def improve(
             tangent = None
         old = True
     return now
+
+
+def advance(
+    engine: Engine, now: Fit, tangent: Tangent, least: float = LITTLE
+) -> tuple[Fit, float]:
+    """Return a fit after one step along some signals, and the nats that it promised."""
+    step, H = newton_step(engine, now, tangent.white)
+    J = tangent.signals
+    now = replace(now, knobs=finer(now.knobs, H), information=H, signals=J)
+    promised = 0.5 * float(step @ H @ step)
+    new = line_search(engine, now, step, promised, least)
+    stepped = np.array([k.is_stepped for k in now.knobs])
+    if new is None and step[stepped].any():
+        # a threshold that passed what is asked loses more than all others gain
+        step, _ = newton_step(engine, now, tangent.white, held=stepped)
+        new = line_search(engine, now, step, 0.5 * float(step @ H @ step), least)
+    return replace(new, information=H, signals=J) if new else now, promised
 
 
 def under_its_noise(engine: Engine, fit: Fit) -> Fit | None:
@@ -132,9 +143,15 @@ def under_its_noise(engine: Engine, fit: Fit) -> Fit | None:
 
 
 def newton_step(
-    engine: Engine, now: Fit, A: Array, rows: Mask | None = None
+    engine: Engine,
+    now: Fit,
+    A: Array,
+    rows: Mask | None = None,
+    held: Mask | None = None,
 ) -> tuple[Array, Array]:
     """Newton step along whitened signals, and the information behind it.
+
+    By some rows and of the figures that are not ``held``, of all unless told.
 
     The noise follows a t-distribution: a step of least squares with its weights
     would fall short by a fifth.
@@ -149,7 +166,8 @@ def newton_step(
     g = A.T @ (W * w) + off
     least = np.array([now.values[k.key] <= k.low for k in now.knobs])
     most = np.array([now.values[k.key] >= k.high for k in now.knobs])
-    return bounded_step(H, g, least, most), H
+    held = np.zeros(len(g), dtype=bool) if held is None else held
+    return bounded_step(H, g, least | held, most | held), H
 
 
 def bounded_step(H: Array, g: Array, least: Mask, most: Mask) -> Array:
@@ -228,11 +246,19 @@ def leap(engine: Engine, now: Fit) -> Fit:
         if k.acts == "rows" and not isfinite(k.sd):
             there = climbed(engine, now, k)
             now = there if there.score > now.score + SETTLED else now
+    return over_steps(engine, now, OVER)
+
+
+def over_steps(engine: Engine, now: Fit, places: Sequence[float]) -> Fit:
+    """Return a fit with a threshold at another place if that does better.
+
+    Each is tried at so many standard deviations from what is stated.
+    """
     tried = [
         now.values | {k.key: k.within(k.value + n * k.sd)}
         for k in now.knobs
         if k.is_stepped and isfinite(k.sd)
-        for n in OVER
+        for n in places
     ]
     fits = engine.each(lambda x: engine.attempt(x, now.knobs, now.noise), tried)
     best = max(filter(None, fits), key=lambda f: f.score, default=now)

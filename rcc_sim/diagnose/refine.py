@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.candidates import Candidate
-from rcc_sim.diagnose.descent import SETTLED
+from rcc_sim.diagnose.descent import MUCH, SETTLED
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit, Tangent
-from rcc_sim.diagnose.knobs import Knob
+from rcc_sim.diagnose.knobs import BIAS, Knob
 from rcc_sim.diagnose.noise import Whitener
 from rcc_sim.diagnose.screen import Screen, Screened
 
@@ -22,6 +22,9 @@ Array = NDArray[np.float64]
 
 REFINED = 6
 """Candidates that are refined after the screen."""
+
+AFRESH = 10
+"""Candidates that are screened once more beside the figures that the file states."""
 
 FAR_BEHIND = 0.2
 """Share of the best gain below which a candidate is not refined."""
@@ -38,6 +41,9 @@ LESS_LIKELY = {"iron_loss": 4.0}
 
 TOO_FAR = 3.0
 """Standard deviations beyond which a tolerance that is pulled stands for a cause."""
+
+AWAY = 2.5
+"""Those beyond which one may stand for a part of a cause, and another for the rest."""
 
 PROMISING, FOLLOWED = 18.0, 2
 """Nats that a slope must promise for a candidate to be followed along its curve; and
@@ -138,22 +144,18 @@ def released(
     comes nearer, and no slope tells that its tolerance is what holds it.
     """
     sought = {s.key: (c, s) for c in candidates for s in c.searches}
-    knobs = {k.key: k for k in fit.knobs}
+    pulls = pulled(fit, TOO_FAR)
     found = []
     for key, (candidate, _) in sought.items():
-        if key in knobs and knobs[key].sd < inf:
-            pull = (fit.values[key] - knobs[key].value) / knobs[key].sd
-            if abs(pull) > TOO_FAR:
-                one = Screened(candidate, 0.5 * pull**2, {key: fit.values[key]})
-                found.append((one, fit))
+        if key in pulls:
+            one = Screened(candidate, 0.5 * pulls[key] ** 2, {key: fit.values[key]})
+            found.append((one, fit))
+    knobs = {k.key: k for k in fit.knobs if k.key in pulls}
     for key, (candidate, search) in sought.items():
         knob = knobs.get(search.same_as)
-        if knob is None or not knob.sd < inf:
+        if knob is None:
             continue
-        now = fit.values[knob.key]
-        pull = (now - knob.value) / knob.sd
-        if abs(pull) < TOO_FAR:
-            continue
+        now, pull = fit.values[knob.key], pulls[knob.key]
         much = now / knob.value if search.acts == "factor" else now - knob.value
         values = {key: min(max(much, search.low), search.high)}
         start = engine.attempt(
@@ -164,6 +166,12 @@ def released(
         start = replace(start, signals=fit.signals, information=fit.information)
         found.append((Screened(candidate, 0.5 * pull**2, values), start))
     return found
+
+
+def pulled(fit: Fit, far: float) -> dict[str, float]:
+    """Tolerances of the file that were pulled farther -> by how many sds."""
+    pulls = {k.key: (fit.values[k.key] - k.value) / k.sd for k in fit.knobs}
+    return {key: pull for key, pull in pulls.items() if abs(pull) > far}
 
 
 def bent(
@@ -202,6 +210,38 @@ def bent(
     return pairs
 
 
+def afresh(
+    engine: Engine, fit: Fit, found: Sequence[Screened]
+) -> list[tuple[Screened, Fit]]:
+    """The likeliest candidates once more, beside the figures that the file states.
+
+    Tolerances that stand in for an effect have gone a long way, over thresholds and
+    limits, and need not find back as it grows.
+    """
+    stated = {k.key: k.value for k in fit.knobs if k.sd < inf and BIAS not in k.key}
+    start = engine.attempt(fit.values | stated, fit.knobs, fit.noise)
+    if start is None:
+        return []
+    start = replace(start, signals=engine.signals(start.values, start.knobs))
+    first = sorted(found, key=lambda r: -max(r.gain, r.promised.nats))
+    named = {r.candidate.effect: r.candidate for r in first}
+    again = engine.each(Screen(engine, start).best, list(named.values())[:AFRESH])
+    along = engine.whitened(start.signals, fit.noise)
+
+    def one(r: Screened) -> tuple[Screened, Fit] | None:
+        now = with_effect(engine, start, r, fit.noise, along)
+        if now is None:
+            return None
+        signals = {k.key: J for k, J in zip(now.knobs, now.signals, strict=True)}
+        values = {key: now.values[key] for key in r.values}
+        moved = Screened(r.candidate, now.score - fit.score, values)
+        signals_of = [signals[k.key] for k in fit.knobs]
+        return moved, replace(now, knobs=fit.knobs, signals=signals_of)
+
+    best = sorted((r for r in again if r.values), key=lambda r: -r.gain)[:FOLLOWED]
+    return [pair for pair in engine.each(one, best) if pair]
+
+
 def likely(
     found: Sequence[tuple[Screened, Fit]], needed: float
 ) -> list[tuple[Screened, Fit]]:
@@ -228,12 +268,15 @@ def contenders(
     """
     tried = likely(found, needed)
     refined = refine(engine, base, tried, needed)
-    if any(r.reaches(needed) for r in refined):
-        return refined
-    most = max((r.before for r in refined), default=0.0)
-    least = max(FAR_BEHIND * most, HOPELESS * needed)
-    masked = [pair for pair in found[len(tried) :] if pair[0].gain > least][:REFINED]
-    return ranked([*refined, *refine(engine, base, masked, needed)])
+    if not any(r.reaches(needed) for r in refined):
+        most = max((r.before for r in refined), default=0.0)
+        least = max(FAR_BEHIND * most, HOPELESS * needed)
+        masked = [pair for pair in found[len(tried) :] if pair[0].gain > least]
+        refined = [*refined, *refine(engine, base, masked[:REFINED], needed)]
+    if pulled(base, AWAY) and all(r.gain < CLEAR for r in refined):
+        again = afresh(engine, base, [r for r, _ in found])
+        refined = [*refined, *refine(engine, base, again, needed)]
+    return ranked(refined)
 
 
 def refine(
@@ -251,10 +294,14 @@ def refine(
     found = [(r, start) for r, start in found if r.gain > 1]
     if not found:
         return []
-    along = engine.whitened(base.signals, base.noise)
-    fits = engine.each(
-        lambda pair: with_effect(engine, pair[1], pair[0], base.noise, along), found
-    )
+    signals = {id(start.signals): start.signals for _, start in found}
+    along = {i: engine.whitened(J, base.noise) for i, J in signals.items()}
+
+    def one(pair: tuple[Screened, Fit]) -> Fit | None:
+        r, start = pair
+        return with_effect(engine, start, r, base.noise, along[id(start.signals)])
+
+    fits = engine.each(one, found)
     every = []
     for (r, _), fit in zip(found, fits, strict=True):
         if fit is None:
@@ -320,8 +367,12 @@ def by_its_noise(
         # of a gain that holds, how far beyond matters of the best alone
         holds = again.score + r.before + handicap(r.screened, r.fit.values)
         enough = inf if r is best else holds
-        start = engine.judged(r.fit, noise)
-        fit = settled(engine, start, r.screened, base, along, enough)
+        fit = engine.judged(r.fit, noise)
+        if fit.score < enough:
+            keys = {k.key for k in effect_knobs(r.screened)}
+            others = zip(fit.signals, fit.knobs, strict=True)
+            kept = engine.whitened([J for J, k in others if k.key not in keys], noise)
+            fit = settled(engine, fit, keys, kept, enough)
         if r is best and fit.score < holds:
             # its signals have bent on the way: find them anew
             fit = descent.improve(engine, fit, rounds=ANEW)
@@ -356,49 +407,55 @@ def with_effect(
     screened: Screened,
     noise: list[Whitener],
     along: Tangent,
+    *,
+    patient: bool = True,
 ) -> Fit | None:
     """Refine one candidate under given noise, the knobs of the base giving way.
 
-    None where no vehicle can have such a strength.
+    None where no vehicle can have such a strength. Unless it is ``patient``, what
+    gained less than its signals promised is left there.
     """
     mine = effect_knobs(screened)
     keys = {k.key for k in mine}
+    gone = [i for i, k in enumerate(base.knobs) if k.key in keys]
     knobs = [k for k in base.knobs if k.key not in keys] + mine
     start = engine.attempt(base.values | screened.values, knobs, noise)
-    return start and settled(engine, start, screened, base, along)
+    kept = along.but(gone)
+    return start and settled(engine, start, keys, kept, patient=patient)
 
 
 def settled(
     engine: Engine,
     start: Fit,
-    screened: Screened,
-    base: Fit,
-    along: Tangent,
+    keys: set[str],
+    kept: Tangent,
     enough: float = inf,
+    *,
+    patient: bool = True,
 ) -> Fit:
-    """Refine one candidate further, along the signals that the knobs have at the base.
+    """Refine the figures of a candidate further, the others along ``kept`` signals.
 
     It ends where the score is enough.
     """
-    keys = {k.key for k in effect_knobs(screened)}
-    kept = along.but([i for i, k in enumerate(base.knobs) if k.key in keys])
-    now = start
+    now, bent = start, False
     for _ in range(STEPS):
-        if now.score >= enough:
-            return now
         mine = [k for k in now.knobs if k.key in keys]
         own = engine.tangent(now.values, mine, now.noise)
-        new = descent.improve(
-            engine, now, along=kept + own, fixed=True, rounds=1, least=SETTLED
-        )
-        gain = new.score - now.score
-        now = new
+        new, promised = descent.advance(engine, now, kept + own, SETTLED)
+        gain, now = new.score - now.score, new
+        if now.score >= enough:
+            return now
+        bent |= patient and gain < min(MUCH * promised, promised - TIED)
         if gain < SETTLED:
-            if not any(k.by_factor for k in mine):
+            if not (bent or any(k.by_factor for k in mine)):
                 return now
             break
-    # so far off that the base's own signals have bent, or grown by a factor
-    return descent.improve(engine, now, rounds=ANEW, least=SETTLED)
+    # so far off that the others' signals have bent, or grown by a factor
+    now = descent.improve(engine, now, rounds=ANEW, least=SETTLED)
+    back = descent.over_steps(engine, now, [0.0])
+    if back is now:
+        return now
+    return descent.improve(engine, back, rounds=ANEW, least=SETTLED)
 
 
 def effect_knobs(screened: Screened) -> list[Knob]:

@@ -236,7 +236,8 @@ def rivals_of(
     screened = [s for s in tried if s.gain > ALIKE * own]
     along = engine.whitened(base.signals, fit.noise)
     fits = engine.each(
-        lambda one: with_effect(engine, base, one, fit.noise, along), screened
+        lambda one: with_effect(engine, base, one, fit.noise, along, patient=False),
+        screened,
     )
     absent = apart(engine, fit, base)
     found = [
