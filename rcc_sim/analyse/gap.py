@@ -313,7 +313,7 @@ def _notes(
         notes.append("no commands that the controller obeys: the motion is imposed")
     elif drive.imposed:
         notes.append("it turned, and no steering is told: the motion is imposed")
-    notes += at_boundary(energy)
+    notes += not_logged(log, energy)
     if any(g.noise_from == "guess" for g in gaps):
         notes.append(
             "noise is guessed from the log; --repeats or the vehicle file's [sensors] "
@@ -331,10 +331,13 @@ def _notes(
     return tuple(notes)
 
 
-def at_boundary(energy: EnergyGap) -> list[str]:
-    """Return what a person should know of where the energy was compared."""
+def not_logged(log: Trace, energy: EnergyGap) -> list[str]:
+    """Return what a person should know of what could not be compared."""
+    notes = []
     if energy.at == "shaft":
-        return ["the battery was not logged: the energy is that of the shaft"]
-    if not energy.at:
-        return ["neither battery nor shaft was logged: there is no energy gap"]
-    return []
+        notes.append("the battery was not logged: the energy is that of the shaft")
+    elif not energy.at:
+        notes.append("neither battery nor shaft was logged: there is no energy gap")
+    if "speed_mps" not in log:
+        notes.append("no speed_mps was logged: the model's own stands for it")
+    return notes

@@ -278,12 +278,14 @@ def _deliver(
 ) -> None:
     from shutil import get_terminal_size
 
-    from rcc_sim.analyse.gap import at_boundary
+    from rcc_sim.analyse.gap import not_logged
     from rcc_sim.report.screen import screen
     from rcc_sim.report.verdict import verdict_of
 
     gaps = found.gaps
-    tell_notes([(g.log, notes_of(g.findings, at_boundary(g.energy))) for g in gaps])
+    tell_notes(
+        [(g.log, notes_of(g.findings, not_logged(g.measured, g.energy))) for g in gaps]
+    )
     if text or (output is None and sys.stdout.isatty() and not (json or csv)):
         lines = screen(found, get_terminal_size().columns)
         if output is None:

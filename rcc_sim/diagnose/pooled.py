@@ -212,6 +212,9 @@ def _solved(A: Array, b: Array) -> Array:
 def pool(groups: Mapping[str, Sequence[Evidence]]) -> Explained:
     """Return the causes that many logs show together.
 
+    None of which the interval, widened by how far the logs differ, holds nothing at
+    all.
+
     Parameters
     ----------
     groups : mapping
@@ -244,9 +247,11 @@ def pool(groups: Mapping[str, Sequence[Evidence]]) -> Explained:
         largest = max(one.gain for one in singles)
         strength = next(s for logs in groups.values() for s in _known(logs, best.key))
         doubted = _doubted(best, singles, strength)
+        settled |= {best.effect, *names}
+        if doubted.low <= strength.neutral <= doubted.high:
+            continue  # the logs do not agree that it acts at all
         causes.append(Common(doubted, tuple(names), largest, cars))
         taken.append(best.key)
-        settled |= {best.effect, *names}
     return Explained(tuple(causes), tuple(ranking))
 
 

@@ -311,7 +311,8 @@ def ranking(
 
     Each is weighed by the nats beyond those that it needs; nothing needs none. Where no
     cause stands, no candidate counts for more than what it needs, whatever it gained;
-    a gap that stays unexplained is something unknown.
+    a gap that stays unexplained is something unknown. One that the logs cannot tell
+    from a cause names it: the cause's probability is that of either.
     """
     gains: Mapping[str, float] = found.ranking
     sure = {a.cause.effect: a.probability for a in asserted}
@@ -331,10 +332,19 @@ def ranking(
     if EVEN in sure.values():  # beside another vehicle's figures, who knows
         weights = {"unknown": 1.0}
     others = sum(weights.values())
+    tied = {e: a.cause.effect for a in asserted for e in a.cause.tied}
     rows: list[dict[str, float | str]] = []
     for effect in beyond:
         gain = gains.get(effect, left.evidence if effect == "unknown" else 0.0)
         chance = sure.get(effect, rest * weights.get(effect, 0.0) / others)
         share = min(max(gain, 0.0) / most, 1.0)
-        rows.append({"effect": effect, "probability": chance, "explains": share})
+        twin = tied.get(effect, "")
+        rows.append(
+            {
+                "effect": effect,
+                "probability": chance,
+                "explains": share,
+                "tied_with": twin,
+            }
+        )
     return sorted(rows, key=lambda r: (-float(r["probability"]), -float(r["explains"])))

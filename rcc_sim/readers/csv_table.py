@@ -14,12 +14,14 @@ from typing import Any
 import numpy as np
 
 from rcc_sim.errors import InputError
-from rcc_sim.readers.log import Array
+from rcc_sim.readers.log import Array, Flaw
 from rcc_sim.source import MAX_ROWS, Source
 from rcc_sim.trace import from_arrow
 
 LOOKED_AT = 200
 """Rows by which the mark of the decimals is known."""
+
+LEFT_OUT = "left out"
 
 SEPARATORS = (",", ";", "\t", "|")
 BLANKS = ["", "nan", "NaN", "NAN", "-nan", "NA", "N/A", "n/a", "null", "NULL", "None"]
@@ -125,8 +127,8 @@ def _decimal(rows: list[str], separator: str) -> str:
 
 def read_columns(
     table: TextTable, names: Iterable[str], text: Collection[str] = ()
-) -> tuple[dict[str, Array | list[str]], list[str]]:
-    """Read some columns: numbers, or words where asked; and what a person should know.
+) -> tuple[dict[str, Array | list[str]], list[Flaw]]:
+    """Read some columns: numbers, or words where asked; and what is wrong with rows.
 
     Parameters
     ----------
@@ -149,9 +151,7 @@ def read_columns(
         read = _arrow(table, {n: n in text for n in wanted}, faults)
     except _conversion_error() as error:
         raise _first_word(table, [n for n in wanted if n not in text], error) from None
-    notes = _judged(table, faults)
-    if table.decimal != ".":
-        notes.append(f"numbers are read with a decimal {table.decimal!r}")
+    flaws = _judged(table, faults)
     columns: dict[str, Array | list[str]] = {}
     while read.num_columns:
         name = read.column_names[0]
@@ -160,7 +160,7 @@ def read_columns(
         columns[name] = values.to_pylist() if name in text else from_arrow(values)
         del values
     _release()
-    return columns, notes
+    return columns, flaws
 
 
 def _release() -> None:
@@ -238,15 +238,23 @@ def _conversion_error() -> type[Exception]:
     return kind
 
 
-def _judged(table: TextTable, faults: _Faults) -> list[str]:
-    """Return notes on rows left out; raise if the table is not one."""
-    notes = [f"{faults.blank} blank rows left out"] if faults.blank else []
+def written(table: TextTable) -> list[str]:
+    """Return what a person should know of how the numbers are written."""
+    mark = table.decimal
+    return [] if mark == "." else [f"numbers are read with a decimal {mark!r}"]
+
+
+def _judged(table: TextTable, faults: _Faults) -> list[Flaw]:
+    """Return which rows were left out; raise if the table is not one."""
+    blank = Flaw("blank_rows", "", f"{faults.blank} rows are blank", LEFT_OUT)
+    flaws = [blank] if faults.blank else []
     if not faults.found:
-        return notes
+        return flaws
     first = faults.found[0]
     row, last = _row_of(table, first.text)
     if last and len(faults.found) == 1 and first.actual_columns < len(table.names):
-        return [*notes, f"the last row ({row}) is cut short: left out"]
+        cut = Flaw("cut_short", "", f"the last row ({row}) is cut short", LEFT_OUT)
+        return [*flaws, cut]
     raise InputError(
         f"{table.source.name}: row {row}: should have {first.expected_columns} "
         f"fields, as the header has: {first.actual_columns}",

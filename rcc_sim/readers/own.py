@@ -7,7 +7,13 @@ import numpy as np
 from rcc_sim.errors import InputError
 from rcc_sim.readers.build import Report, finished
 from rcc_sim.readers.column_map import UNITS, ColumnMap
-from rcc_sim.readers.csv_table import TextTable, is_number, read_columns, text_table
+from rcc_sim.readers.csv_table import (
+    TextTable,
+    is_number,
+    read_columns,
+    text_table,
+    written,
+)
 from rcc_sim.readers.log import Array, Flaw, Log, Mapped
 from rcc_sim.source import Source
 from rcc_sim.units import SUFFIXES, unit_of
@@ -62,8 +68,9 @@ def read(source: Source, columns: ColumnMap | None = None) -> Log:
     report = Report()
     wanted = [n for k, n in enumerate(table.names) if n and _is_ours(table, n, k)]
     report.dropped += [n for n in table.names if n and n not in wanted]
-    read, notes = read_columns(table, wanted)
-    report.notes += notes
+    read, flaws = read_columns(table, wanted)
+    report.flaws += flaws
+    report.notes += written(table)
     found: dict[str, Array] = {}
     for name in wanted:
         ours, factor = converted(name)

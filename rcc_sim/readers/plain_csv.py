@@ -21,6 +21,7 @@ from rcc_sim.readers.csv_table import (
     date_seconds,
     read_columns,
     text_table,
+    written,
 )
 from rcc_sim.readers.log import Array, Log, Mapped
 from rcc_sim.source import Source
@@ -61,8 +62,9 @@ def read(source: Source, columns: ColumnMap | None = None) -> Log:
             f"it has {', '.join(names[:40])}",
         )
     text = _words(by, wanted)
-    parsed, notes = read_columns(table, wanted, text=text) if wanted else ({}, [])
-    report.notes += notes
+    parsed, flaws = read_columns(table, wanted, text=text) if wanted else ({}, [])
+    report.flaws += flaws
+    report.notes += written(table)
     source_columns = {
         name: _column(by, name, values, source.name) for name, values in parsed.items()
     }

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -89,6 +91,17 @@ def test_a_strength_that_scatters_about_zero_is_no_cause(rng):
 def test_one_odd_log_is_no_cause_of_all(rng):
     rows = [*logs(rng, 29, 0.0), *logs(rng, 1, 10.0)]
     assert not pool({"car": [evidence(r) for r in rows]}).causes
+
+
+def test_what_an_interval_allows_not_to_act_at_all_is_no_cause(rng, monkeypatch):
+    rows = {"car": [evidence(r) for r in logs(rng, 30, 0.5)]}
+    assert pool(rows).causes
+
+    def doubted(found, *_):
+        return replace(found, low=-0.1)
+
+    monkeypatch.setattr("rcc_sim.diagnose.pooled._doubted", doubted)
+    assert not pool(rows).causes
 
 
 def test_without_a_cause_hardly_any_fleet_names_one():

@@ -67,7 +67,8 @@ def test_a_word_far_down_is_found(tmp_path):
 def test_a_last_row_that_is_cut_short_is_left_out_and_said(tmp_path):
     log = read_log(text(tmp_path, "time_s,speed_mps,throttle\n0,1,0\n1,2,0\n2,3"))
     assert len(log.trace) == 2
-    assert any("row (3) is cut short" in note for note in log.notes)
+    assert [flaw.kind for flaw in log.flaws] == ["cut_short"]
+    assert "row (3)" in log.flaws[0].what
 
 
 def test_a_file_that_is_not_there_or_a_plain_folder_is_refused(tmp_path):
