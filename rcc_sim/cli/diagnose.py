@@ -71,7 +71,7 @@ def diagnose(
     candidates: Annotated[
         list[str] | None,
         typer.Option(
-            help="Consider this effect; repeatable. All where not given.",
+            help="Consider this effect; repeatable, or a,b. All where not given.",
             metavar="EFFECT",
             autocompletion=effect_names,
         ),
@@ -125,6 +125,7 @@ def diagnose(
     Null, every effect, sets of them and something unknown compete; the vehicle
     file's sds are tolerances. Causes are proven on stretches that no fit saw.
     """
+    effects = [name for one in candidates or () for name in one.split(",")]
     asked = Asked(
         tuple(logs or ()), each, list_, tuple(by or ()), car or "", jobs, dask or "",
         html, output, csv, json,
@@ -141,7 +142,7 @@ def diagnose(
             }
         )
         options = {"vehicle": vehicle, "withhold": withhold, "hide": hide}
-        options |= {"candidates": candidates, "reader": reader, "map": map_}
+        options |= {"candidates": effects, "reader": reader, "map": map_}
         _fleet(asked, options)
         return
     one_log(asked)
@@ -161,7 +162,7 @@ def diagnose(
         },
     )
     found = _found(
-        logs, vehicle, withhold or [], hide or [], candidates or [], holdout or [],
+        logs, vehicle, withhold or [], hide or [], effects, holdout or [],
         repeats or [], reader, map_,
     )  # fmt: skip
     _write(found, write_vehicle, profiles, next_run)

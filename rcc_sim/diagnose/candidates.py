@@ -20,6 +20,9 @@ LIKELY = 5.0
 USUAL = 50.0
 """Largest strength that is usual, in small changes of its unit."""
 
+WEATHER = "m/s"
+"""Unit of a figure that does not grow with the vehicle: a wind is as it is."""
+
 SLIGHT = 0.05
 """Share of its typical departure from 1 that a scale must have to be told: a wheel's
 radius is no better defined than by what its tyre slips."""
@@ -289,7 +292,8 @@ def search_of(problem: Problem, effect: Effect, param: Param) -> Search:
     else:
         first = sqrt(max(a, 1e-9) * b) if small is None else LIKELY * small
     most = max(abs(a - param.neutral), abs(b - param.neutral))
-    most = most if small is None else USUAL * small
+    if small is not None and unit_of(param.name) != WEATHER:
+        most = USUAL * small
     decades = param.neutral == 0.0 < a and not (stated and neutral)
     likely = first if decades else most
     opposes = tuple(f"effects.{effect.id}.{name}" for name in param.sought.opposes)

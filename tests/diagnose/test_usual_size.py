@@ -85,3 +85,20 @@ def test_every_search_begins_away_from_where_its_effect_vanishes(driven):
     assert {s.key.split(".")[1] for s in searches} >= {"throttle_gain", "gear_loss"}
     assert all(s.first != s.neutral for s in searches)
     assert all(s.low <= s.first <= s.high for s in searches)
+
+
+def test_a_wind_is_no_stronger_for_a_faster_car():
+    car = load_vehicle("twizy")
+    winds = []
+    for top in (3.0, 20.0):
+        t = np.arange(0.0, 60.0, 0.1)
+        speed = top * np.sin(np.pi * t / 60) ** 2
+        log = Trace({"time_s": t, "speed_mps": speed, "battery_power_w": 50 * speed**2})
+        (wind,) = (
+            search
+            for candidate in candidates_for([problem_of(log, car)])
+            for search in candidate.searches
+            if candidate.effect == "headwind"
+        )
+        winds.append(wind.most)
+    assert winds == [5.0, 5.0]
