@@ -128,7 +128,6 @@ EFFECT = Effect(
             "the speed (motor and vehicle)",
             *("motor_current_a", "motor_torque_nm"),
             *("battery_current_a", "battery_power_w"),
-            shows_in=("imposed",),
             opposes=("motor_current_delay_s", "battery_delay_s"),
         ),
         _more("yaw_rate_delay_s", "the yaw rate", "yaw_rate_radps"),

@@ -1,0 +1,33 @@
+"""A speed that is read late is a sensor's delay, also where a command drives."""
+
+import pytest
+
+from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose.run import diagnose
+from rcc_sim.simulate.run import LaneChanges
+from tests.scaled_drive import drive, logged
+
+
+@pytest.fixture(scope="module")
+def driven():
+    car = load_vehicle("rcc")
+    return car, drive(car, LaneChanges(5.0, 0.2))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("delay", [0.05, 0.2])
+def test_a_late_speed_is_told_from_a_late_motor(driven, delay, tmp_path):
+    """Its delay is that by which the readings were shifted."""
+    car, run = driven
+    log = logged(run, car, round(100 * delay), tmp_path, {"speed_mps": delay})
+    (cause,) = diagnose([log], car).document()["causes"]
+    assert cause["effect"] == "sensor_delay"
+    ((name, figure),) = cause["parameters"].items()
+    assert name == "speed_delay_s"
+    assert figure["low"] < delay < figure["high"]
+
+
+@pytest.mark.slow
+def test_no_delay_is_told_where_nothing_is_late(driven, tmp_path):
+    car, run = driven
+    assert not diagnose([logged(run, car, 0, tmp_path)], car).document()["causes"]
