@@ -372,7 +372,7 @@ def by_its_noise(
             keys = {k.key for k in effect_knobs(r.screened)}
             others = zip(fit.signals, fit.knobs, strict=True)
             kept = engine.whitened([J for J, k in others if k.key not in keys], noise)
-            fit = settled(engine, fit, keys, kept, enough)
+            fit = pursued(engine, fit, keys, kept, enough)
         if r is best and fit.score < holds:
             # its signals have bent on the way: find them anew
             fit = descent.improve(engine, fit, rounds=ANEW)
@@ -421,10 +421,10 @@ def with_effect(
     knobs = [k for k in base.knobs if k.key not in keys] + mine
     start = engine.attempt(base.values | screened.values, knobs, noise)
     kept = along.but(gone)
-    return start and settled(engine, start, keys, kept, patient=patient)
+    return start and pursued(engine, start, keys, kept, patient=patient)
 
 
-def settled(
+def pursued(
     engine: Engine,
     start: Fit,
     keys: set[str],

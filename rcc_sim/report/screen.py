@@ -40,6 +40,10 @@ WORDS = {
     "unexplained": "a real gap that none of the effects explains",
 }
 
+CERTAIN = 1000.0
+"""Nats beyond which it is the model's error that decides, and no number more is said.
+"""
+
 UNIT = re.compile(r"(?<=\d) (?=(?:%|Wh|W|s|nats)\b|%)")
 """The blank before a unit, at which no line is broken."""
 
@@ -137,14 +141,19 @@ def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
         yield "NEXT", "no run of the menu would part what is tied"
 
 
+def _expected(nats: float) -> str:
+    """Return nats by which two causes would part: by noise alone, so not beyond all."""
+    return f"{nats:.0f}" if nats < CERTAIN else f"over {CERTAIN:.0f}"
+
+
 def _promise(run: Experiment) -> str:
     each = [p.nats for p in run.expected_nats.pairs]
     if not each:
         left = percent(exp(-run.expected_nats.least))
         return f"narrows the interval of {', '.join(run.separates)} to {left}"
-    nats = f"{max(each):.0f} nats"
+    nats = f"{_expected(max(each))} nats"
     if len(each) > 1:
-        nats = f"{min(each):.0f} to {max(each):.0f} nats a pair"
+        nats = f"{_expected(min(each))} to {_expected(max(each))} nats a pair"
     alike = [f"{p.a} and {p.b}" for p in run.expected_nats.pairs if p.nats < TIED]
     but = f", but not {'; '.join(alike)}" if 0 < len(alike) < len(each) else ""
     return f"parts {', '.join(run.separates)}{but}, {nats}"
