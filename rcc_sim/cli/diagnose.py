@@ -240,6 +240,9 @@ def _write(
     if vehicle is not None:
         write_mended(found, vehicle)
         say(f"wrote {vehicle}")
+        if not found.asserted:
+            told = f"{len(found.figures())} stated figures as these logs have them"
+            say(f"note: no cause; {vehicle} holds {told}")
         if "wheel_radius" in found.effects().keys() - {
             a.cause.effect for a in found.asserted
         }:

@@ -260,7 +260,7 @@ def search_of(problem: Problem, effect: Effect, param: Param) -> Search:
     key = f"effects.{effect.id}.{param.name}"
     stated = problem.vehicle.figures().get(key)
     neutral = stated.value if stated else param.neutral
-    low, high = param.search
+    low, high = param.bounds if param.acts == "slip" else param.search
     grid = grid_of(problem, param)
     if param.sought.limits:
         per, (least, most) = size_of(problem, param.sought.of), param.sought.limits

@@ -45,6 +45,17 @@ def test_a_diagnosis_writes_all_that_is_asked_for(drive, tmp_path):
     assert abs(json.loads(gap.stdout)["energy"]["gap_percent"]) < 3
 
 
+@pytest.mark.slow
+def test_a_mended_file_without_a_cause_is_said_to_be_one(drive, tmp_path):
+    names, path = "payload,yaw_rate_bias", tmp_path / "mended.toml"
+    asked = ("--candidates", names, "--write-vehicle", path, "--json")
+    done = rccsim("diagnose", drive, "--vehicle", "rcc", *asked)
+    document = json.loads(done.stdout)
+    assert not document["causes"]
+    assert {r["effect"] for r in document["ranking"]} >= set(names.split(","))
+    assert "note: no cause; " in done.stderr
+
+
 @pytest.mark.parametrize(
     ("words", "told"),
     [
