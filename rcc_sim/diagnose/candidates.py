@@ -9,7 +9,7 @@ from math import inf, isfinite, log1p, sqrt
 import numpy as np
 
 from rcc_sim.definitions.vehicle import Vehicle
-from rcc_sim.diagnose.problem import Problem
+from rcc_sim.diagnose.problem import RECALLS, Problem
 from rcc_sim.errors import InputError, did_you_mean
 from rcc_sim.physics.effect import Effect, Param
 from rcc_sim.units import G, unit_of
@@ -41,6 +41,10 @@ SMEARED, BLURRED = 2.0, 0.5
 """Rows, and times the smear of a noisy speed, over which the acceleration of an imposed
 drive is not known: a delay of less is none. One of a row was named where a cycle was
 driven corner by corner, and of 0.2 to 0.45 times the smear where there was none."""
+
+LATE = 0.25
+"""Share of the time in which the model comes to the measured speed by which that must
+be late to be told, where commands drive: less is like any error of when they act."""
 
 SHORTEST_CLOCK, ANGLE = 0.01, 0.1
 """Shortest time between two orders that a log may tell [s]; and the angle of the wheels
@@ -343,6 +347,9 @@ def size_of(problem: Problem, of: str) -> float:
             return vehicle.wheelbase
         case "row":
             return problem.row * (SMEARED if problem.drive.imposed else 1.0)
+        case "speed":
+            drawn = 0.0 if problem.drive.imposed else LATE * RECALLS[0]
+            return max(size_of(problem, "row"), drawn)
         case "clock":
             return max(size_of(problem, "row"), SHORTEST_CLOCK)
         case "motor_speed":

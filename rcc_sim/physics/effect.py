@@ -10,13 +10,14 @@ WIDER = 10.0
 
 
 OF = (
-    *("", "mass", "weight", "wheelbase", "row", "clock", "motor_speed", "steering"),
-    *("motor_current", "braking_current", "braking_torque"),
+    *("", "mass", "weight", "wheelbase", "row", "speed", "clock", "motor_speed"),
+    *("steering", "motor_current", "braking_current", "braking_torque"),
 )
 """What strengths may be stated as shares of: of nothing; the vehicle's mass [kg], its
-weight [N] or wheelbase [m]; the time between two rows, or between two orders that a log
-can tell apart [s]; the highest motor speed [rad/s], the largest angle of the wheels
-[rad], current [A], current or torque of braking [A, N m] of the drive."""
+weight [N] or wheelbase [m]; the time between two rows, that by which a speed must be
+late to be told, or that between two orders that a log can tell apart [s]; the highest
+motor speed [rad/s], the largest angle of the wheels [rad], current [A], current or
+torque of braking [A, N m] of the drive."""
 
 ACTS = ("", "steps", "clock", "rows", "slip")
 """How a model changes as a figure moves: smoothly; all at once, where a command passes

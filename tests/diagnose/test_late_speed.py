@@ -15,7 +15,7 @@ def driven():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("delay", [0.05, 0.2])
+@pytest.mark.parametrize("delay", [0.1, 0.2])
 def test_a_late_speed_is_told_from_a_late_motor(driven, delay, tmp_path):
     """Its delay is that by which the readings were shifted."""
     car, run = driven

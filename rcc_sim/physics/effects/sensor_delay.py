@@ -87,7 +87,7 @@ def spline(at, time, values):
     return values[k] + step[k] * u * (a + u * bend)
 
 
-def _more(name, what, *columns, shows_in=(), opposes=()):
+def _more(name, what, *columns, of="row", opposes=()):
     return Param(
         name,
         neutral=0.0,
@@ -98,10 +98,9 @@ def _more(name, what, *columns, shows_in=(), opposes=()):
         sought=Sought(
             tried=(1.0, 2.0, 5.0, 10.0),
             limits=(1.0, inf),
-            of="row",
+            of=of,
             longest=0.5,
             acts="rows",
-            shows_in=shows_in,
             columns=columns,
             opposes=opposes,
             fitted=bool(columns),
@@ -128,6 +127,7 @@ EFFECT = Effect(
             "the speed (motor and vehicle)",
             *("motor_current_a", "motor_torque_nm"),
             *("battery_current_a", "battery_power_w"),
+            of="speed",
             opposes=("motor_current_delay_s", "battery_delay_s"),
         ),
         _more("yaw_rate_delay_s", "the yaw rate", "yaw_rate_radps"),
