@@ -18,6 +18,10 @@ Of 200 drives of the blind plant without a cause, 4 had a candidate that gained 
 all over the log (`rccsim blind make --kinds null --cases 200 --seed 9001`).
 """
 
+TIED = 3.0
+"""Nats below which two candidates cannot be told apart: odds of 20 to 1 (Jeffreys'
+"strong" begins there)."""
+
 
 PROFILES = {
     "road_grade": ("effects.road_grade.slope", "distance_m"),

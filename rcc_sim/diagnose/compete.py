@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.candidates import Candidate
-from rcc_sim.diagnose.cause import BRISK_ENOUGH, ENOUGH, PROFILES, Cause
+from rcc_sim.diagnose.cause import BRISK_ENOUGH, ENOUGH, PROFILES, TIED, Cause
 from rcc_sim.diagnose.couples import coupled
 from rcc_sim.diagnose.detect import least_seen, shows_likely
 from rcc_sim.diagnose.engine import Engine
@@ -18,9 +18,10 @@ from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import nuisance_knobs
 from rcc_sim.diagnose.noise import Whitener
 from rcc_sim.diagnose.profile import overlap, shares
-from rcc_sim.diagnose.refine import TIED, Refined, contenders, screened
+from rcc_sim.diagnose.refine import Refined, contenders
 from rcc_sim.diagnose.remainder import Remainder, remainder
 from rcc_sim.diagnose.screen import Screened
+from rcc_sim.diagnose.starts import screened
 from rcc_sim.diagnose.sums import with_all_figures
 from rcc_sim.diagnose.varying import (
     enough_of,

@@ -18,7 +18,8 @@ from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.cause import ENOUGH
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
-from rcc_sim.diagnose.refine import Refined, effect_knobs, handicap
+from rcc_sim.diagnose.pursue import effect_knobs
+from rcc_sim.diagnose.refine import Refined, handicap
 from rcc_sim.diagnose.screen import Screened
 
 Array = NDArray[np.float64]

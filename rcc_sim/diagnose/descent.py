@@ -117,16 +117,18 @@ def advance(
     engine: Engine, now: Fit, tangent: Tangent, least: float = LITTLE
 ) -> tuple[Fit, float]:
     """Return a fit after one step along some signals, and the nats that it promised."""
-    step, H = newton_step(engine, now, tangent.white)
-    J = tangent.signals
+    H, g = slopes(engine, now, tangent.white)
+    least_at, most_at = at_bounds(now)
+    step, J = bounded_step(H, g, least_at, most_at), tangent.signals
     now = replace(now, knobs=finer(now.knobs, H), information=H, signals=J)
     promised = 0.5 * float(step @ H @ step)
     new = line_search(engine, now, step, promised, least)
-    stepped = np.array([k.is_stepped for k in now.knobs])
-    if new is None and step[stepped].any():
+    if new is None:
         # a threshold that passed what is asked loses more than all others gain
-        step, _ = newton_step(engine, now, tangent.white, held=stepped)
-        new = line_search(engine, now, step, 0.5 * float(step @ H @ step), least)
+        held = np.array([k.is_stepped for k in now.knobs])
+        if step[held].any():
+            step = bounded_step(H, g, least_at | held, most_at | held)
+            new = line_search(engine, now, step, 0.5 * float(step @ H @ step), least)
     return replace(new, information=H, signals=J) if new else now, promised
 
 
@@ -143,15 +145,17 @@ def under_its_noise(engine: Engine, fit: Fit) -> Fit | None:
 
 
 def newton_step(
-    engine: Engine,
-    now: Fit,
-    A: Array,
-    rows: Mask | None = None,
-    held: Mask | None = None,
+    engine: Engine, now: Fit, A: Array, rows: Mask | None = None
 ) -> tuple[Array, Array]:
-    """Newton step along whitened signals, and the information behind it.
+    """Newton step along whitened signals, and the information behind it."""
+    H, g = slopes(engine, now, A, rows)
+    return bounded_step(H, g, *at_bounds(now)), H
 
-    By some rows and of the figures that are not ``held``, of all unless told.
+
+def slopes(
+    engine: Engine, now: Fit, A: Array, rows: Mask | None = None
+) -> tuple[Array, Array]:
+    """Curvature and slope of what is to become least, along whitened signals.
 
     The noise follows a t-distribution: a step of least squares with its weights
     would fall short by a fifth.
@@ -163,11 +167,14 @@ def newton_step(
     sd = np.array([k.sd for k in now.knobs])
     H = curvature(W) * (A.T * W) @ A + np.diag(1 / sd**2)
     off = np.array([(now.values[k.key] - k.value) / k.sd**2 for k in now.knobs])
-    g = A.T @ (W * w) + off
+    return H, A.T @ (W * w) + off
+
+
+def at_bounds(now: Fit) -> tuple[Mask, Mask]:
+    """Which figures of a fit stand at their lower, and at their upper bound."""
     least = np.array([now.values[k.key] <= k.low for k in now.knobs])
     most = np.array([now.values[k.key] >= k.high for k in now.knobs])
-    held = np.zeros(len(g), dtype=bool) if held is None else held
-    return bounded_step(H, g, least | held, most | held), H
+    return least, most
 
 
 def bounded_step(H: Array, g: Array, least: Mask, most: Mask) -> Array:

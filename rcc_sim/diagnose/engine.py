@@ -192,33 +192,32 @@ class Engine:
         def moved(k: Knob | None, wider: float = WIDER[0]) -> tuple[float, list[Array]]:
             if k is None:
                 return 0.0, self.residuals(values, coarse=True)
-            if k.key.startswith(BIAS):
-                return 0.0, []
             try:
                 return self.aside(values, k, k.inward(values[k.key], wider))
             except InputError:
                 return 0.0, []
 
-        (_, base), *all_moved = self.each(moved, [None, *knobs])
+        run = [k for k in knobs if not k.key.startswith(BIAS)]
+        (_, base), *beside = self.each(moved, [None, *run])
+        first = {k.key: there for k, there in zip(run, beside, strict=True)}
 
         def change(h: float, there: list[Array]) -> list[Array]:
             if not h:  # none is possible, or it is too small for the figure to change
                 return [np.zeros_like(e) for e in base]
             return [1 / h * (a - b) for a, b in zip(there, base, strict=True)]
 
-        def one(pair: tuple[Knob, tuple[float, list[Array]]]) -> list[Array]:
-            k, first = pair
-            if k.key.startswith(BIAS):
+        def one(k: Knob) -> list[Array]:
+            if k.key not in first:
                 off = self.offset(k.key)
                 return [np.zeros_like(e) - off.get(i, 0.0) for i, e in enumerate(base)]
-            found = change(*first)
+            found = change(*first[k.key])
             for wider in WIDER[1:] if k.sd == inf else ():
                 if any(np.nan_to_num(c).any() for c in found):
                     break
                 found = change(*moved(k, wider))
             return found
 
-        return self.each(one, list(zip(knobs, all_moved, strict=True)))
+        return self.each(one, knobs)
 
     def aside(
         self, values: dict[str, float], knob: Knob, h: float

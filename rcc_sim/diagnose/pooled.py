@@ -27,8 +27,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.definitions.figure import Z_90
+from rcc_sim.diagnose.cause import TIED
 from rcc_sim.diagnose.pool import Evidence, Strength
-from rcc_sim.diagnose.refine import LESS_LIKELY, TIED
+from rcc_sim.diagnose.refine import LESS_LIKELY
 from rcc_sim.diagnose.verdict import INTERVAL
 
 Array = NDArray[np.float64]

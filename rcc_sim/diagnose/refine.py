@@ -1,4 +1,4 @@
-"""Candidates around a fit: screened, and the best of them refined."""
+"""Candidates around a fit, refined: by the noise before them and by that after."""
 
 from __future__ import annotations
 
@@ -10,21 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.diagnose import descent
-from rcc_sim.diagnose.candidates import Candidate
-from rcc_sim.diagnose.descent import MUCH, SETTLED
+from rcc_sim.diagnose.cause import TIED
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit, Tangent
-from rcc_sim.diagnose.knobs import BIAS, Knob
-from rcc_sim.diagnose.noise import Whitener
-from rcc_sim.diagnose.screen import Screen, Screened
+from rcc_sim.diagnose.pursue import ANEW, STEPS, effect_knobs, pursued, with_effect
+from rcc_sim.diagnose.screen import Screened
+from rcc_sim.diagnose.starts import afresh, pulled
 
 Array = NDArray[np.float64]
 
 REFINED = 6
 """Candidates that are refined after the screen."""
-
-AFRESH = 10
-"""Candidates that are screened once more beside the figures that the file states."""
 
 FAR_BEHIND = 0.2
 """Share of the best gain below which a candidate is not refined."""
@@ -32,29 +28,14 @@ FAR_BEHIND = 0.2
 HOPELESS = 0.3
 """Share of what is needed below which no screened gain is worth refining."""
 
-TIED = 3.0
-"""Nats below which two candidates cannot be told apart: odds of 20 to 1 (Jeffreys'
-"strong" begins there)."""
-
 LESS_LIKELY = {"iron_loss": 4.0}
 """Nats that an effect starts behind: one of two figures that do as another effect."""
-
-TOO_FAR = 3.0
-"""Standard deviations beyond which a tolerance that is pulled stands for a cause."""
 
 AWAY = 2.5
 """Those beyond which one may stand for a part of a cause, and another for the rest."""
 
-PROMISING, FOLLOWED = 18.0, 2
-"""Nats that a slope must promise for a candidate to be followed along its curve; and
-how many are, those that promise most."""
-
 CLEAR = 100.0
 """Nats that a cause must gain that acts in one or two stretches alone."""
-
-STEPS, ANEW = 6, 4
-"""Steps of a candidate along the signals of the base, and rounds with signals found
-anew where it has not settled by then."""
 
 ODD = 2
 """Stretches that are left out to either side before a gain counts as steady.
@@ -122,134 +103,16 @@ class Refined:
         return self.trusted >= needed and (self.gain > CLEAR or even >= needed)
 
 
-def screened(
-    engine: Engine, fit: Fit, candidates: Sequence[Candidate]
-) -> list[tuple[Screened, Fit]]:
-    """Screen candidates around a fit; best first, each with where to refine from."""
-    screen = Screen(engine, fit)
-    found = [(r, fit) for r in engine.each(screen.best, candidates)]
-    found += released(engine, fit, candidates)
-    found += bent(engine, fit, [r for r, _ in found])
-    return sorted(found, key=lambda pair: -pair[0].gain)
-
-
-def released(
-    engine: Engine, fit: Fit, candidates: Sequence[Candidate]
-) -> list[tuple[Screened, Fit]]:
-    """Candidates in place of tolerances that were pulled too far.
-
-    A figure that is far from what the file states is an effect that acts on it: the
-    figure goes back and the effect takes its part over. One that is the effect's own,
-    as a motor's lag or a rolling resistance, stays where it is: no strength on a grid
-    comes nearer, and no slope tells that its tolerance is what holds it.
-    """
-    sought = {s.key: (c, s) for c in candidates for s in c.searches}
-    pulls = pulled(fit, TOO_FAR)
-    found = []
-    for key, (candidate, _) in sought.items():
-        if key in pulls:
-            one = Screened(candidate, 0.5 * pulls[key] ** 2, {key: fit.values[key]})
-            found.append((one, fit))
-    knobs = {k.key: k for k in fit.knobs if k.key in pulls}
-    for key, (candidate, search) in sought.items():
-        knob = knobs.get(search.same_as)
-        if knob is None:
-            continue
-        now, pull = fit.values[knob.key], pulls[knob.key]
-        much = now / knob.value if search.acts == "factor" else now - knob.value
-        values = {key: min(max(much, search.low), search.high)}
-        start = engine.attempt(
-            fit.values | values | {knob.key: knob.value}, fit.knobs, fit.noise
-        )
-        if start is None:
-            continue
-        start = replace(start, signals=fit.signals, information=fit.information)
-        found.append((Screened(candidate, 0.5 * pull**2, values), start))
-    return found
-
-
-def pulled(fit: Fit, far: float) -> dict[str, float]:
-    """Tolerances of the file that were pulled farther -> by how many sds."""
-    pulls = {k.key: (fit.values[k.key] - k.value) / k.sd for k in fit.knobs}
-    return {key: pull for key, pull in pulls.items() if abs(pull) > far}
-
-
-def bent(
-    engine: Engine, fit: Fit, found: Sequence[Screened]
-) -> list[tuple[Screened, Fit]]:
-    """Candidates whose slope promises far more than any strength gained, followed.
-
-    Tolerances that stand in for an effect must go back as it grows. Over so long a way
-    their signals are no straight lines, by which alone the screen lets them move. A
-    strength of a grid, as that of a delay, may lie in a hollow of its own.
-    """
-    least = max([PROMISING, *(r.gain for r in found)])
-    gained = {r.candidate.effect: r.gain for r in sorted(found, key=lambda r: r.gain)}
-    worth = [
-        r for r in found if r.promised.nats > max(least, 2 * gained[r.candidate.effect])
-    ]
-    pairs: list[tuple[Screened, Fit]] = []
-    for r in sorted(worth, key=lambda r: -r.promised.nats)[:FOLLOWED]:
-        most, key, x = r.promised
-        if any(most < moved.gain for moved, _ in pairs):
-            break  # what did better than this promises may well be its twin
-        mine = effect_knobs(replace(r, values={key: x}))
-        knobs = [k for k in fit.knobs if k.key != key] + mine
-        start = engine.attempt(fit.values | {key: x}, knobs, fit.noise)
-        if start is None:
-            continue
-        search = next(s for s in r.candidate.searches if s.key == key)
-        if search.acts == "rows":
-            now = descent.climbed(engine, start, mine[0], search.grid)
-        else:
-            now = descent.followed(engine, start, key)
-        values = {key: now.values[key]}
-        kept = {n: getattr(fit, n) for n in ("knobs", "signals", "information")}
-        moved = Screened(r.candidate, now.score - fit.score, values)
-        pairs.append((moved, replace(now, **kept)))
-    return pairs
-
-
-def afresh(
-    engine: Engine, fit: Fit, found: Sequence[Screened]
-) -> list[tuple[Screened, Fit]]:
-    """The likeliest candidates once more, beside the figures that the file states.
-
-    Tolerances that stand in for an effect have gone a long way, over thresholds and
-    limits, and need not find back as it grows.
-    """
-    stated = {k.key: k.value for k in fit.knobs if k.sd < inf and BIAS not in k.key}
-    start = engine.attempt(fit.values | stated, fit.knobs, fit.noise)
-    if start is None:
-        return []
-    start = replace(start, signals=engine.signals(start.values, start.knobs))
-    first = sorted(found, key=lambda r: -max(r.gain, r.promised.nats))
-    named = {r.candidate.effect: r.candidate for r in first}
-    again = engine.each(Screen(engine, start).best, list(named.values())[:AFRESH])
-    along = engine.whitened(start.signals, fit.noise)
-
-    def one(r: Screened) -> tuple[Screened, Fit] | None:
-        now = with_effect(engine, start, r, fit.noise, along)
-        if now is None:
-            return None
-        signals = {k.key: J for k, J in zip(now.knobs, now.signals, strict=True)}
-        values = {key: now.values[key] for key in r.values}
-        moved = Screened(r.candidate, now.score - fit.score, values)
-        signals_of = [signals[k.key] for k in fit.knobs]
-        return moved, replace(now, knobs=fit.knobs, signals=signals_of)
-
-    best = sorted((r for r in again if r.values), key=lambda r: -r.gain)[:FOLLOWED]
-    return [pair for pair in engine.each(one, best) if pair]
-
-
 def likely(
-    found: Sequence[tuple[Screened, Fit]], needed: float
+    found: Sequence[tuple[Screened, Fit]], needed: float, most: float | None = None
 ) -> list[tuple[Screened, Fit]]:
     """Return what is worth refining; nothing where no candidate comes near.
 
-    A strong effect may gain several times more once it is refined.
+    A strong effect may gain several times more once it is refined; what is far behind
+    the best, or the ``most`` nats that were kept, does not.
     """
-    most = max((r.gain for r, _ in found), default=0.0)
+    if most is None:
+        most = max((r.gain for r, _ in found), default=0.0)
     least = max(FAR_BEHIND * most, HOPELESS * needed)
     return [pair for pair in found if pair[0].gain > least][:REFINED]
 
@@ -264,15 +127,15 @@ def contenders(
 
     If nothing keeps what the screen promised, also what only seemed far behind: a
     threshold or a clock that promises by chance, and gains nothing once it is refined,
-    is no measure for the others.
+    is no measure for the others. If none is clear beside tolerances that were pulled,
+    also from the figures that the file states.
     """
     tried = likely(found, needed)
     refined = refine(engine, base, tried, needed)
     if not any(r.reaches(needed) for r in refined):
         most = max((r.before for r in refined), default=0.0)
-        least = max(FAR_BEHIND * most, HOPELESS * needed)
-        masked = [pair for pair in found[len(tried) :] if pair[0].gain > least]
-        refined = [*refined, *refine(engine, base, masked[:REFINED], needed)]
+        masked = likely(found[len(tried) :], needed, most)
+        refined = [*refined, *refine(engine, base, masked, needed)]
     if pulled(base, AWAY) and all(r.gain < CLEAR for r in refined):
         again = afresh(engine, base, [r for r, _ in found])
         refined = [*refined, *refine(engine, base, again, needed)]
@@ -399,73 +262,3 @@ def plainest_first(refined: list[Refined]) -> list[Refined]:
         if r.screened.candidate.effect not in LESS_LIKELY and r.gain > least:
             return [r, *refined[:i], *refined[i + 1 :]]
     return refined
-
-
-def with_effect(
-    engine: Engine,
-    base: Fit,
-    screened: Screened,
-    noise: list[Whitener],
-    along: Tangent,
-    *,
-    patient: bool = True,
-) -> Fit | None:
-    """Refine one candidate under given noise, the knobs of the base giving way.
-
-    None where no vehicle can have such a strength. Unless it is ``patient``, what
-    gained less than its signals promised is left there.
-    """
-    mine = effect_knobs(screened)
-    keys = {k.key for k in mine}
-    gone = [i for i, k in enumerate(base.knobs) if k.key in keys]
-    knobs = [k for k in base.knobs if k.key not in keys] + mine
-    start = engine.attempt(base.values | screened.values, knobs, noise)
-    kept = along.but(gone)
-    return start and pursued(engine, start, keys, kept, patient=patient)
-
-
-def pursued(
-    engine: Engine,
-    start: Fit,
-    keys: set[str],
-    kept: Tangent,
-    enough: float = inf,
-    *,
-    patient: bool = True,
-) -> Fit:
-    """Refine the figures of a candidate further, the others along ``kept`` signals.
-
-    It ends where the score is enough.
-    """
-    now, bent = start, False
-    for _ in range(STEPS):
-        mine = [k for k in now.knobs if k.key in keys]
-        own = engine.tangent(now.values, mine, now.noise)
-        new, promised = descent.advance(engine, now, kept + own, SETTLED)
-        gain, now = new.score - now.score, new
-        if now.score >= enough:
-            return now
-        bent |= patient and gain < min(MUCH * promised, promised - TIED)
-        if gain < SETTLED:
-            if not (bent or any(k.by_factor for k in mine)):
-                return now
-            break
-    # so far off that the others' signals have bent, or grown by a factor
-    now = descent.improve(engine, now, rounds=ANEW, least=SETTLED)
-    back = descent.over_steps(engine, now, [0.0])
-    if back is now:
-        return now
-    return descent.improve(engine, back, rounds=ANEW, least=SETTLED)
-
-
-def effect_knobs(screened: Screened) -> list[Knob]:
-    """The figures of a candidate, free to move from where the screen left them."""
-    knobs = []
-    for s in screened.candidate.searches:
-        if s.key not in screened.values or s.clocked:
-            continue
-        x = screened.values[s.key]
-        moved = abs(x - s.neutral) if s.neutral < inf else abs(x)
-        step = 0.02 * (moved or abs(s.first) or 1.0)
-        knobs.append(Knob(s.key, x, inf, s.low, s.high, step, s.acts))
-    return knobs

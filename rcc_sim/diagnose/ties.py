@@ -30,12 +30,13 @@ from numpy.typing import NDArray
 from rcc_sim.definitions.figure import Z_90
 from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.candidates import Candidate
-from rcc_sim.diagnose.cause import Cause
+from rcc_sim.diagnose.cause import TIED, Cause
 from rcc_sim.diagnose.engine import MEMORY, Engine
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import nuisance_knobs
 from rcc_sim.diagnose.noise import CURVATURE, weights
-from rcc_sim.diagnose.refine import LESS_LIKELY, TIED, with_effect
+from rcc_sim.diagnose.pursue import with_effect
+from rcc_sim.diagnose.refine import LESS_LIKELY
 from rcc_sim.diagnose.screen import Screen, Screened
 
 Array = NDArray[np.float64]

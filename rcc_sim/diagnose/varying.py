@@ -13,6 +13,7 @@ from rcc_sim.diagnose.cause import (
     ENOUGH,
     PROFILE_ENOUGH,
     PROFILES,
+    TIED,
     Cause,
 )
 from rcc_sim.diagnose.engine import MEMORY, Engine
@@ -20,7 +21,7 @@ from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import Knob, own_key
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.profile import Probe, Profile, acted_on, probe_size, stated
-from rcc_sim.diagnose.refine import TIED, TOO_FAR
+from rcc_sim.diagnose.starts import TOO_FAR
 from rcc_sim.diagnose.switched import LOAD, beside_noise
 from rcc_sim.physics.effects import EFFECTS
 

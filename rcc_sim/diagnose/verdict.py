@@ -338,13 +338,12 @@ def ranking(
         gain = gains.get(effect, left.evidence if effect == "unknown" else 0.0)
         chance = sure.get(effect, rest * weights.get(effect, 0.0) / others)
         share = min(max(gain, 0.0) / most, 1.0)
-        twin = tied.get(effect, "")
         rows.append(
             {
                 "effect": effect,
                 "probability": chance,
                 "explains": share,
-                "tied_with": twin,
+                "tied_with": tied.get(effect, ""),
             }
         )
     return sorted(rows, key=lambda r: (-float(r["probability"]), -float(r["explains"])))

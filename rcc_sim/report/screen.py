@@ -11,9 +11,9 @@ import numpy as np
 
 from rcc_sim.analyse.gap_energy import COVERAGE, EnergyGap, logged_power
 from rcc_sim.analyse.gap_regimes import moving_mean
+from rcc_sim.diagnose.cause import TIED
 from rcc_sim.diagnose.diagnosis import Diagnosis
 from rcc_sim.diagnose.experiment import Experiment
-from rcc_sim.diagnose.refine import TIED
 from rcc_sim.diagnose.verdict import (
     Asserted,
     Estimate,

@@ -13,8 +13,8 @@ from rcc_sim.diagnose.knobs import nuisance_knobs
 from rcc_sim.diagnose.pool import evidence_of
 from rcc_sim.diagnose.pooled import screen
 from rcc_sim.diagnose.posed import problem_of
-from rcc_sim.diagnose.refine import released
 from rcc_sim.diagnose.run import diagnose
+from rcc_sim.diagnose.starts import released
 from rcc_sim.simulate.run import simulate
 
 KEY = "effects.rolling_resistance.coefficient"

@@ -12,7 +12,8 @@ from rcc_sim.diagnose.candidates import Candidate, Search
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import Knob
-from rcc_sim.diagnose.refine import contenders, likely, refine, released, screened
+from rcc_sim.diagnose.refine import contenders, likely, refine
+from rcc_sim.diagnose.starts import released, screened
 
 FACTOR = Candidate("factor", (Search("factor", 1.0, 0.1, 5.0, 1.1, acts="factor"),))
 NOISE = 0.006
