@@ -104,7 +104,8 @@ def twizy(path: Path) -> str:
     profile = next((a.cause.profiles.get(0) for a in found.asserted), None)
     if profile is not None and profile.along == "distance_m":
         mine = np.cumsum(profile.at(at)) * STEP
-        row += f"climbs of 2 km: {against(mine, rough)}, evened {against(mine, even)}"
+        row += f"climbs of 2 km: {against(mine, rough)}, evened {against(mine, even)}  "
+        row += f"ends {mine[-1]:+.0f} m up, altimeter {rough[-1] - rough[0]:+.0f}"
     return row
 
 

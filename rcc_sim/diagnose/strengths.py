@@ -30,6 +30,22 @@ the difference of two sums of squares may be nothing but rounding."""
 
 
 @dataclass(frozen=True)
+class Prior:
+    """What is expected of strengths before a log is seen.
+
+    Parameters
+    ----------
+    shape : ndarray, shape (k, k)
+        Their inverse covariance at size 1.
+    held : ndarray, shape (k,), or None
+        Weights of a sum of them whose standard deviation is 1, whatever their size.
+    """
+
+    shape: Array
+    held: Array | None = None
+
+
+@dataclass(frozen=True)
 class Weighed:
     """Strengths with their sd, how the knobs give way, and what the prior costs."""
 
@@ -90,17 +106,20 @@ def smooth(k: int) -> Array:
 
 
 def likeliest(
-    M: Array, b: Array, shape: Array, share: Array | None = None
+    M: Array, b: Array, prior: Prior, share: Array | None = None
 ) -> tuple[float, Array, Array, float]:
     """Evidence, strengths, their sd and their mean's, for the likeliest prior size.
 
-    ``shape`` is the prior's inverse covariance at size 1, ``share`` the part of the
-    rows that each strength stands for (all of the same, if not told).
+    ``share`` is the part of the rows that each strength stands for (all of the same,
+    if not told).
     """
     k = len(b)
     share = np.full(k, 1 / k) if share is None else share
     unit = 1 / (np.sqrt(max(np.trace(M), 0.0) / k) or 1.0)
+    shape, held = prior.shape, np.zeros(k) if prior.held is None else prior.held
     least = 0.5 * np.linalg.slogdet(shape)[1]
+    loose = float(held @ np.linalg.solve(shape, held))  # variance of the sum at size 1
+    M = M + np.outer(held, held)
     best = (0.0, np.zeros(k), np.zeros(k), 0.0)
     for size in SIZES:
         tau = size * unit
@@ -108,6 +127,7 @@ def likeliest(
         C = np.linalg.cholesky(M + P + 1e-12 * np.trace(M) / k * np.eye(k))
         y = np.linalg.solve(C, b)
         half = np.log(np.diag(C)).sum() - least + k * np.log(tau)
+        half -= 0.5 * np.log1p(tau**2 * loose)
         value = float(0.5 * y @ y - half)
         if value > best[0]:
             inverse = np.linalg.inv(C)

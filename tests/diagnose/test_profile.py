@@ -4,8 +4,15 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.stats import multivariate_normal
 
-from rcc_sim.diagnose.profile import Profile, overlap
-from rcc_sim.diagnose.strengths import SIZES, freed, likeliest, smooth, windows
+from rcc_sim.diagnose.profile import RELIEF, Profile, overlap, prior_of
+from rcc_sim.diagnose.strengths import (
+    SIZES,
+    Prior,
+    freed,
+    likeliest,
+    smooth,
+    windows,
+)
 
 
 @given(knots=st.integers(2, 40), seed=st.integers(0, 99))
@@ -27,10 +34,10 @@ def linear_case(truth, noise, rng, rows=3000):
 def test_a_profile_is_found_with_its_band_and_nothing_where_there_is_none():
     rng = np.random.default_rng(4)
     truth = np.sin(np.linspace(0, 6, 20))
-    evidence, value, sd, _ = likeliest(*linear_case(truth, 1.0, rng), smooth(20))
+    evidence, value, sd, _ = likeliest(*linear_case(truth, 1.0, rng), Prior(smooth(20)))
     assert evidence > 100
     assert np.mean(np.abs(value - truth) < 2.6 * sd) > 0.9
-    none, flat, *_ = likeliest(*linear_case(0 * truth, 1.0, rng), smooth(20))
+    none, flat, *_ = likeliest(*linear_case(0 * truth, 1.0, rng), Prior(smooth(20)))
     assert none < 5
     assert np.abs(flat).max() < 0.5
 
@@ -40,24 +47,43 @@ def test_a_hill_hangs_together_and_a_rough_road_does_not():
     hill = np.sin(np.linspace(0, 9, 60))
     for truth, sign in ((hill, 1), (rng.permutation(hill), -1)):
         M, b = linear_case(truth, 1.0, rng)
-        hangs = likeliest(M, b, smooth(60))[0] - likeliest(M, b, np.eye(60))[0]
+        apart, _, _, _ = likeliest(M, b, Prior(np.eye(60)))
+        hangs = likeliest(M, b, Prior(smooth(60)))[0] - apart
         assert sign * hangs > 3
 
 
-def test_the_evidence_is_the_marginal_likelihood_of_both_priors():
+@pytest.mark.parametrize("held", [None, np.array([0.5, 1.0, 1.0, 1.0, 0.5]) * 4])
+def test_the_evidence_is_the_marginal_likelihood_of_both_priors(held):
     """Against the density of r itself: N(0, A P^-1 A' + I) to N(0, I)."""
     rng = np.random.default_rng(7)
     A = rng.normal(size=(30, 5))
     r = rng.normal(size=30) * 3
     for shape in (smooth(5), np.eye(5)):
-        evidence, *_ = likeliest(A.T @ A, -A.T @ r, shape)
+        evidence, *_ = likeliest(A.T @ A, -A.T @ r, Prior(shape, held))
         unit = 1 / np.sqrt(np.trace(A.T @ A) / 5)
+        sums = np.zeros((5, 5)) if held is None else np.outer(held, held)
         each = [
             multivariate_normal(cov=np.eye(30) + A @ C @ A.T).logpdf(r)
-            for C in (np.linalg.inv(shape) * (s * unit) ** 2 for s in SIZES)
+            for C in (np.linalg.inv(shape / (s * unit) ** 2 + sums) for s in SIZES)
         ]
         none = multivariate_normal(cov=np.eye(30)).logpdf(r)
         assert evidence == pytest.approx(max(each) - none, abs=1e-6)
+
+
+@pytest.mark.parametrize("length", [500.0, 20e3, 100e3])
+def test_a_slope_goes_up_no_further_than_the_country_does(length):
+    """Hills on 1 % of slope, all knots off together by 0.8 %: two tell the mean."""
+    knots = np.linspace(0.0, length, 20)
+    prior = prior_of("effects.road_grade.slope", "distance_m", knots)
+    told = np.linalg.inv(np.eye(20) * 0.002**2 + np.full((20, 20), 0.008**2))
+    hills = 0.01 + 0.03 * np.sin(np.linspace(0.0, 6 * np.pi, 20))
+    _, value, _, mean_sd = likeliest(told, told @ hills, prior)
+    _, free, _, free_sd = likeliest(told, told @ hills, Prior(smooth(20)))
+    kept = 1 / (1 + (free_sd * length / RELIEF) ** 2)
+    assert value.mean() / free.mean() == pytest.approx(kept, abs=0.03)
+    assert mean_sd == pytest.approx(free_sd * np.sqrt(kept), rel=0.1)
+    assert np.std(value) == pytest.approx(np.std(free), rel=0.05)
+    assert prior_of("effects.road_grade.slope", "time_s", knots).held is None
 
 
 def test_what_a_free_knob_can_do_is_no_profile():
@@ -66,7 +92,7 @@ def test_what_a_free_knob_can_do_is_no_profile():
     A = windows(x, np.linspace(0, 1, 10))
     r = 3.0 + rng.normal(size=3000)
     M, b, _ = freed(A, r, np.ones((3000, 1)), np.array([np.inf]), np.zeros(1))
-    assert likeliest(M, b, smooth(10))[0] < 5
+    assert likeliest(M, b, Prior(smooth(10)))[0] < 5
 
 
 def test_the_mean_of_a_profile_is_told_with_what_all_knots_have_in_common():
@@ -79,7 +105,7 @@ def test_the_mean_of_a_profile_is_told_with_what_all_knots_have_in_common():
     for _ in range(300):
         r = -(A @ np.ones(12)) - J[:, 0] * 0.3 * rng.normal() + rng.normal(size=2000)
         M, b, _ = freed(A, r, J, np.array([0.3]), np.zeros(1))
-        _, value, sd, mean_sd = likeliest(M, b, smooth(12))
+        _, value, sd, mean_sd = likeliest(M, b, Prior(smooth(12)))
         means.append(value.mean())
     assert mean_sd == pytest.approx(np.std(means), rel=0.25)
     assert np.sqrt(np.mean(sd**2) / len(sd)) < 0.7 * mean_sd
@@ -124,4 +150,4 @@ def test_strengths_that_knobs_take_up_all_but_whole_are_still_weighed(left):
     for _ in range(2):
         rest -= Q @ (Q.T @ rest)
     assert np.trace(M) == pytest.approx(np.sum(rest**2), rel=1e-4)
-    assert np.isfinite(likeliest(M, b, smooth(20))[0])
+    assert np.isfinite(likeliest(M, b, Prior(smooth(20)))[0])
