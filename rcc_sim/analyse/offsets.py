@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from math import inf
+
 import numpy as np
 from numpy.typing import NDArray
 
+from rcc_sim.analyse.logcheck.rest import standing
 from rcc_sim.definitions.sensors import SCALES
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.physics.effects import EFFECTS
@@ -32,6 +35,17 @@ WANDERS = {"yaw_rate_radps": 2e-3, "accel_x_mps2": 0.02, "accel_y_mps2": 0.02}
 """What warmth moves the zero of a zeroed sensor by, however little it is noisy: a tenth
 of a degree per second, two thousandths of g. [unit of the column]"""
 
+CREEPS = {"battery_current_a": 5e-4, "battery_power_w": 5e-4}
+"""Share of its largest reading by which the zero of a meter of current is off however
+little it is noisy; a guess, a quarter of an ampere of 500."""
+
+METERS = "battery"
+"""What the names of meters begin with, which read nothing but their noise while the car
+stands: on the way they follow the drive from row to row."""
+
+FEWEST_STILL = 20
+"""Fewest rows at a standstill that show a meter's noise."""
+
 CALM_PARTS = 30
 """Parts of a log of which the calmest tenth shows a sensor's noise."""
 
@@ -44,9 +58,15 @@ def offset_sd(log: Trace, vehicle: Vehicle, column: str) -> float:
     stated = vehicle.bias_sd(column)
     if stated is not None:
         return stated
-    noise = calm_noise(log[column])
+    x = log[column]
+    noise = calm_noise(x)
+    if column.startswith(METERS):
+        noise = min(noise, still_noise(log, column))
+    if not noise:
+        return 0.0
     share = ZEROED if column.startswith(AT_REST) else OTHERS
-    return max(share * noise, WANDERS.get(column, 0.0) if noise > 0 else 0.0)
+    creeps = CREEPS.get(column, 0.0) * float(np.nanmax(np.abs(x)))
+    return max(share * noise, WANDERS.get(column, 0.0), creeps)
 
 
 def scale_sd(vehicle: Vehicle, column: str) -> float:
@@ -68,3 +88,19 @@ def calm_noise(x: Array) -> float:
     parts = np.array_split(d, CALM_PARTS)
     sizes = [float(np.sqrt(np.mean((part - part.mean()) ** 2))) for part in parts]
     return float(np.quantile(sizes, 0.1) / np.sqrt(2))
+
+
+def still_noise(log: Trace, column: str) -> float:
+    """Return a sensor's noise while the car stands; infinite if it hardly ever does.
+
+    From differences of neighbouring rows, by their median, which what switches in
+    between leaves alone; a third of the resolution of a quantised signal at least.
+    """
+    still = standing(log["time_s"], log.columns)
+    steps = np.abs(np.diff(log[column]))
+    steps = steps[still[1:] & still[:-1] & np.isfinite(steps)]
+    if len(steps) < FEWEST_STILL:
+        return inf
+    noise = 1.4826 * float(np.median(steps)) / 2**0.5
+    moved = steps[steps > 0]
+    return max(noise, float(moved.min()) / 3) if len(moved) else noise

@@ -51,6 +51,9 @@ WEIGHED = ("drag", "time_s")
 
 MOST_CAUSES = 6
 
+SOME = 2
+"""Causes from which on no more are sought if something unknown outweighs all."""
+
 
 @dataclass(frozen=True)
 class Explanation:
@@ -97,6 +100,8 @@ def compete(
     current = null
     close: list[Refined] = []
     for turn in range(MOST_CAUSES):
+        if turn >= SOME and outweighed(causes, remainder(engine, current)):
+            break
         told(f"screening for cause {turn + 1}")
         found = screened(engine, current, free_of(candidates, causes))
         constant = {r.candidate.effect: r.gain for r, _ in reversed(found)}
@@ -289,6 +294,17 @@ def is_clear(
         return varying.gain > needed
     rival = held.get(one.effect, one.gain) * overlap(one.shares, varying.shares)
     return varying.gain > rival + enough / 2
+
+
+def outweighed(causes: Sequence[Cause], left: Remainder) -> bool:
+    """Tell whether something unknown is likelier than each cause, where that shows.
+
+    The strongest of the causes there are is found first: what then is left of them is
+    less, and what is more is none.
+    """
+    return left.is_real and all(
+        left.against(c.effect, c.shares) > c.gain * c.sharpened for c in causes
+    )
 
 
 def stands_out(varying: Cause, left: Remainder) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
 from math import isfinite
 
@@ -25,7 +25,8 @@ LEARNT = 3
 """Times that the noise is learnt anew at most, from what a better fit leaves."""
 
 LEAPS, SETTLED = 4, 0.5
-"""Steps along which a figure is followed at most, and nats below which no more."""
+"""Steps along which a figure is followed, or times that thresholds leap, at most; and
+nats below which no more."""
 
 MUCH = 0.5
 """Share of what a step promised below which its signals are found anew; and of a finite
@@ -41,8 +42,17 @@ OVER = (-2.0, -1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0)
 """Standard deviations from what is stated at which a threshold is tried: each step that
 a reference takes past it parts two hollows, and no slope leads from one to the next."""
 
+NEARBY = (-0.02, -0.004, 0.004, 0.02)
+"""Shares of itself by which one is tried beside where it is: at 1 kHz a reference takes
+a step a tick, and a launch that is a tick early outweighs all else.
+"""
+
 AHEAD = (1, 2)
 """Rows by which a delay is moved at a time."""
+
+FALLS, DOUBLED = 2.0, 14
+"""Nats that a figure must lose, others held, before it is told by what it loses: as two
+standard deviations do; and times that the way there is doubled at most."""
 
 LITTLE = 0.05
 """Nats that a step must promise to be tried, and gain for another."""
@@ -256,22 +266,52 @@ def leap(engine: Engine, now: Fit) -> Fit:
     return over_steps(engine, now, OVER)
 
 
-def over_steps(engine: Engine, now: Fit, places: Sequence[float]) -> Fit:
+def over_steps(
+    engine: Engine, now: Fit, places: Sequence[float], keys: Collection[str] = ()
+) -> Fit:
     """Return a fit with a threshold at another place if that does better.
 
-    Each is tried at so many standard deviations from what is stated.
+    Each is tried nearby, and at so many standard deviations from what is stated; so are
+    the figures of some ``keys``.
     """
-    tried = [
-        now.values | {k.key: k.within(k.value + n * k.sd)}
-        for k in now.knobs
-        if k.is_stepped and isfinite(k.sd)
-        for n in places
-    ]
+    tried = []
+    for k in (k for k in now.knobs if k.is_stepped or k.key in keys):
+        at = [(1 + share) * now.values[k.key] for share in NEARBY]
+        at += [k.value + n * k.sd for n in places] if isfinite(k.sd) else []
+        tried += [now.values | {k.key: k.within(x)} for x in at]
     fits = engine.each(lambda x: engine.attempt(x, now.knobs, now.noise), tried)
     best = max(filter(None, fits), key=lambda f: f.score, default=now)
     if best.score <= now.score + SETTLED:
         return now
     return replace(best, information=now.information, signals=now.signals)
+
+
+def no_surer(engine: Engine, fit: Fit, keys: Collection[str]) -> Fit:
+    """Return a fit that tells figures no better than its likelihood falls about them.
+
+    Where the model jumps, slopes make it look steeper than it is.
+    """
+    told = np.diag(fit.information)
+    wider = [
+        wider_by(engine, fit, k, told[j] ** -0.5) if k.key in keys and told[j] else 1.0
+        for j, k in enumerate(fit.knobs)
+    ]
+    return replace(fit, information=fit.information / np.outer(wider, wider))
+
+
+def wider_by(engine: Engine, fit: Fit, knob: Knob, sd: float) -> float:
+    """Times that a figure, others held, is told worse than its sd says; 1 at least."""
+    x, by = fit.values[knob.key], sd
+    for _ in range(DOUBLED):
+        ends = {knob.within(x - by), knob.within(x + by)} - {x}
+        at = [fit.values | {knob.key: end} for end in ends]
+        tried = engine.each(lambda v: engine.attempt(v, fit.knobs, fit.noise), at)
+        lost = [fit.score - f.score for f in tried if f is not None]
+        loss = float(np.mean(lost)) if lost else 0.0
+        if loss >= FALLS:
+            return max(float(by / np.sqrt(2 * loss)) / sd, 1.0)
+        by *= 2
+    return 1.0
 
 
 def climbed(engine: Engine, now: Fit, knob: Knob, tried: Iterable[float] = ()) -> Fit:

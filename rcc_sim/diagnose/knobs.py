@@ -38,6 +38,11 @@ NEARBY = 1.0
 """Widest step of a finite difference, in sds of the figure with all others held."""
 
 
+FINEST = 1e-4
+"""Share of its first step below which that of a finite difference does not narrow:
+where the model jumps, as at a launch a row sooner, any step tells more than a wider."""
+
+
 @dataclass(frozen=True)
 class Knob:
     """A figure that a fit may move.
@@ -60,6 +65,8 @@ class Knob:
         rows, all at once; by whole ``rows``, within which nothing changes; as a
         ``factor``. Where two factors trade, it is their product that the logs tell, and
         a step along both of them must not leave it.
+    finest : float
+        Below which its step does not narrow; 0 until it has narrowed.
     """
 
     key: str
@@ -69,6 +76,7 @@ class Knob:
     high: float = inf
     step: float = 0.0
     acts: str = ""
+    finest: float = 0.0
 
     @property
     def is_stepped(self) -> bool:
@@ -96,7 +104,9 @@ class Knob:
         """
         if self.acts == "rows":
             return self
-        return replace(self, step=min(self.stride, NEARBY * sd))
+        finest = self.finest or FINEST * self.stride
+        step = min(self.stride, max(NEARBY * sd, finest))
+        return replace(self, step=step, finest=finest)
 
     def moved(self, value: float, by: float) -> float:
         """Return a value after a step, within the bounds."""

@@ -6,7 +6,7 @@ from math import inf
 
 from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.cause import TIED
-from rcc_sim.diagnose.descent import MUCH, SETTLED
+from rcc_sim.diagnose.descent import LEAPS, MUCH, SETTLED
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit, Tangent
 from rcc_sim.diagnose.knobs import Knob
@@ -64,15 +64,17 @@ def pursued(
             return now
         bent |= patient and gain < min(MUCH * promised, promised - TIED)
         if gain < SETTLED:
-            if not (bent or any(k.by_factor for k in mine)):
+            if not (bent or any(k.by_factor or k.is_stepped for k in mine)):
                 return now
             break
     # so far off that the others' signals have bent, or grown by a factor
     now = descent.improve(engine, now, rounds=ANEW, least=SETTLED)
-    back = descent.over_steps(engine, now, [0.0])
-    if back is now:
-        return now
-    return descent.improve(engine, back, rounds=ANEW, least=SETTLED)
+    for _ in range(LEAPS):  # what jumps and the others take turns
+        back = descent.over_steps(engine, now, [0.0], keys)
+        if back is now:
+            break
+        now = descent.improve(engine, back, rounds=ANEW, least=SETTLED)
+    return now
 
 
 def effect_knobs(screened: Screened) -> list[Knob]:

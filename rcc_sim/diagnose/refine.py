@@ -35,7 +35,8 @@ AWAY = 2.5
 """Those beyond which one may stand for a part of a cause, and another for the rest."""
 
 CLEAR = 100.0
-"""Nats that a cause must gain that acts in one or two stretches alone."""
+"""Nats that a cause must gain that acts in one or two stretches alone; within so many
+of the best, another may yet be it."""
 
 ODD = 2
 """Stretches that are left out to either side before a gain counts as steady.
@@ -127,8 +128,8 @@ def contenders(
 
     If nothing keeps what the screen promised, also what only seemed far behind: a
     threshold or a clock that promises by chance, and gains nothing once it is refined,
-    is no measure for the others. If none is clear beside tolerances that were pulled,
-    also from the figures that the file states.
+    is no measure for the others. And from the figures that the file states, if none is
+    clear beside tolerances that were pulled, or one that is near does not let them go.
     """
     tried = likely(found, needed)
     refined = refine(engine, base, tried, needed)
@@ -136,10 +137,16 @@ def contenders(
         most = max((r.before for r in refined), default=0.0)
         masked = likely(found[len(tried) :], needed, most)
         refined = [*refined, *refine(engine, base, masked, needed)]
-    if pulled(base, AWAY) and all(r.gain < CLEAR for r in refined):
+    if pulled(base, AWAY) and (all(r.gain < CLEAR for r in refined) or caught(refined)):
         again = afresh(engine, base, [r for r, _ in found])
         refined = [*refined, *refine(engine, base, again, needed)]
     return ranked(refined)
+
+
+def caught(refined: Sequence[Refined]) -> bool:
+    """Tell whether a candidate that is near the best has left tolerances pulled."""
+    most = max(r.gain for r in refined)
+    return any(pulled(r.fit, AWAY) for r in refined if r.gain > most - CLEAR)
 
 
 def refine(

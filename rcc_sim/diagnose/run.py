@@ -143,6 +143,7 @@ def diagnose(
     gaps = tuple(
         replace(g, findings=(*g.findings, *misread(fit, i))) for i, g in enumerate(gaps)
     )
+    fit = descent.no_surer(acting, fit, {k for c in causes for k in c.keys})
     row = size_of(problems[0], "row")
     farthest = max(map(abs, moved(fit, stated).values()), default=0.0)
     if any(battery_of_another(g.findings) for g in gaps):

@@ -29,6 +29,10 @@ PROMISING, FOLLOWED = 18.0, 2
 """Nats that a slope must promise for a candidate to be followed along its curve; and
 how many are, those that promise most."""
 
+LEVEL = 0.9
+"""Share of the most that one of the others may promise to be followed afresh as well:
+from so far the screen is not exact to a tenth."""
+
 
 def screened(
     engine: Engine, fit: Fit, candidates: Sequence[Candidate]
@@ -154,5 +158,7 @@ def afresh(
         along_now = [signals[k.key] for k in fit.knobs]
         return begun(r.candidate, r.values, fit, now, along_now)
 
-    best = sorted((r for r in again if r.values), key=lambda r: -r.gain)[:FOLLOWED]
+    best = sorted((r for r in again if r.values), key=lambda r: -r.gain)
+    level = [r for r in best if r.gain > LEVEL * best[0].gain]
+    best = max(best[:FOLLOWED], level[: 2 * FOLLOWED], key=len)
     return [pair for pair in engine.each(one, best) if pair]

@@ -40,6 +40,9 @@ WORDS = {
     "unexplained": "a real gap that none of the effects explains",
 }
 
+RARE = "19 of 20 sound drives are less far off in energy; one more drive would tell"
+"""What an energy gap beyond its expanded uncertainty is where no cause stands."""
+
 CERTAIN = 1000.0
 """Nats beyond which it is the model's error that decides, and no number more is said.
 """
@@ -196,6 +199,8 @@ def _verdict(found: Diagnosis) -> str:
         told += ", and nothing else was asked for"
     if found.asserted and all(g.energy.within for g in found.gaps):
         told += "; by its energy alone tolerances would do, row by row they do not"
+    if found.status == "no_gap" and any(g.energy.within is False for g in found.gaps):
+        told += f"; {RARE}"
     return told
 
 

@@ -33,12 +33,11 @@ def verdict_of(diagnosis: Mapping[str, Any]) -> str:
     if status is None:
         parts = [_gap(energy), _place(where)]
     elif status == "no_gap":
+        told = _gap(energy)
         names = [str(c["channel"]) for c in where.get("channels") or []]
         place = judged(names, energy.get("measured_wh"))
-        parts = [
-            f"no gap{place} beyond the noise and the vehicle file's stated doubt",
-            _gap(energy, plain=True) or "no energy was judged",
-        ]
+        doubt = "doubt" if told else "the noise and the vehicle file's stated doubt"
+        parts = [f"no gap{place} beyond {doubt}", told or "no energy was judged"]
     elif status == "unexplained":
         parts = [
             _unexplained(diagnosis.get("candidates") or []),
