@@ -36,8 +36,8 @@ WANDERS = {"yaw_rate_radps": 2e-3, "accel_x_mps2": 0.02, "accel_y_mps2": 0.02}
 of a degree per second, two thousandths of g. [unit of the column]"""
 
 CREEPS = {"battery_current_a": 5e-4, "battery_power_w": 5e-4}
-"""Share of its largest reading by which the zero of a meter of current is off however
-little it is noisy; a guess, a quarter of an ampere of 500."""
+"""Share of its largest reading by which the zero of a meter of current is off, but for
+no more than its noise; a guess, a quarter of an ampere of 500."""
 
 METERS = "battery"
 """What the names of meters begin with, which read nothing but their noise while the car
@@ -66,7 +66,7 @@ def offset_sd(log: Trace, vehicle: Vehicle, column: str) -> float:
         return 0.0
     share = ZEROED if column.startswith(AT_REST) else OTHERS
     creeps = CREEPS.get(column, 0.0) * float(np.nanmax(np.abs(x)))
-    return max(share * noise, WANDERS.get(column, 0.0), creeps)
+    return max(share * noise, WANDERS.get(column, 0.0), min(creeps, noise))
 
 
 def scale_sd(vehicle: Vehicle, column: str) -> float:
