@@ -87,7 +87,7 @@ def spline(at, time, values):
     return values[k] + step[k] * u * (a + u * bend)
 
 
-def _more(name, what, *columns, of="row", opposes=()):
+def _more(name, what, *columns, of="row", opposes=(), shows_in=()):
     return Param(
         name,
         neutral=0.0,
@@ -103,7 +103,7 @@ def _more(name, what, *columns, of="row", opposes=()):
             acts="rows",
             columns=columns,
             opposes=opposes,
-            fitted=bool(columns),
+            shows_in=shows_in,
         ),
     )
 
@@ -120,7 +120,14 @@ EFFECT = Effect(
             typical=(0.005, 0.2),
             about="delay of every sensor",
             optional=True,
-            sought=Sought(fitted=False),
+            sought=Sought(
+                tried=(1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 11.0, 15.0),
+                limits=(1.0, inf),
+                of="row",
+                longest=0.5,
+                acts="rows",
+                shows_in=("commanded",),
+            ),
         ),
         _more(
             "speed_delay_s",
@@ -132,7 +139,12 @@ EFFECT = Effect(
         ),
         _more("yaw_rate_delay_s", "the yaw rate", "yaw_rate_radps"),
         _more("accel_delay_s", "the accelerations", "accel_y_mps2"),
-        _more("motor_current_delay_s", "motor current, torque and voltages"),
+        _more(
+            "motor_current_delay_s",
+            "motor current, torque and voltages",
+            *("motor_current_a", "motor_torque_nm"),
+            shows_in=("commanded",),
+        ),
         _more(
             "battery_delay_s",
             "battery voltage, current and power",
