@@ -146,6 +146,8 @@ def diagnose(
         _fleet(asked, options)
         return
     one_log(asked)
+    if json and csv:
+        raise InputError("--json and --csv: one of them")
     if text and (json or csv):
         what = f"--text and --{'json' if json else 'csv'}: one of them"
         raise InputError(what, "what --html writes is for people, too")

@@ -148,13 +148,15 @@ def diagnose(
     farthest = max(map(abs, moved(fit, stated).values()), default=0.0)
     if any(battery_of_another(g.findings) for g in gaps):
         farthest = inf
+    early = [ends_early(c, fit, vehicle.known) for c in causes]
     asserted = tuple(
-        Asserted(c, probability(c, left, farthest), estimates(fit, c, stated, row))
-        for c in causes
+        Asserted(
+            c, probability(c, left, farthest, ends=end), estimates(fit, c, stated, row)
+        )
+        for c, end in zip(causes, early, strict=True)
     )
     told("which run to drive next")
     runs = tuple(next_experiments(acting, fit, asserted, known.rivals))
-    ends = any(ends_early(c, fit, vehicle.known) for c in causes)
     status = status_of(
         causes,
         left,
@@ -164,7 +166,7 @@ def diagnose(
         noise=noise_of(gaps),
         large=large,
         explained=shrink.explained,
-        ends=ends,
+        ends=any(early),
         farthest=farthest,
     )
     shown = farthest_off(gaps)

@@ -227,17 +227,20 @@ def ends_early(cause: Cause, fit: Fit, known: Mapping[str, Effect]) -> bool:
     return False
 
 
-def probability(cause: Cause, left: Remainder, farthest: float = 0.0) -> float:
+def probability(
+    cause: Cause, left: Remainder, farthest: float = 0.0, *, ends: bool = False
+) -> float:
     """Return the probability that a cause, or one tied with it, acts.
 
-    An even chance at most beside a stated figure that is ``farthest`` off by as many
-    sds as another vehicle's: one of them stands for what is not known.
+    An even chance at most where it ``ends`` as its search does, or beside a stated
+    figure that is ``farthest`` off by as many sds as another vehicle's: one of them
+    stands for what is not known.
     """
     margin = min(cause.gain - 0.5 * ENOUGH, cause.gain - cause.rival)
     chance = 1 / (1 + exp(-min(margin, 200.0) / SOFT))
     if left.is_real:
         chance *= cause.gain / (cause.gain + left.against(cause.effect, cause.shares))
-    most = SUREST if farthest <= ANOTHER_VEHICLE else EVEN
+    most = EVEN if ends or farthest > ANOTHER_VEHICLE else SUREST
     return min(max(chance, LEAST_SURE), most)
 
 

@@ -1,5 +1,6 @@
 """A fit ends in the same place from the truth and from what the file states."""
 
+from dataclasses import replace
 from math import inf
 
 import numpy as np
@@ -11,6 +12,7 @@ from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.descent import SETTLED
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.knobs import NEARBY, Knob, acts_of, nuisance_knobs
+from rcc_sim.diagnose.noise import Whitener
 from rcc_sim.diagnose.posed import problem_of
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.simulate.run import LaneChanges, simulate
@@ -71,3 +73,32 @@ def test_steps_are_as_fine_as_what_is_told():
     assert wide.stride == 0.05
     assert wide.finer(0.001).stride == NEARBY * 0.001
     assert wide.finer(1.0).stride == wide.stride
+
+
+class Jumpy(Engine):
+    """Residuals of one row more jump wherever a figure passes a hundredth."""
+
+    def __init__(self, jumps: float) -> None:
+        self.pool, self.jumps = None, jumps
+        self.noise = [Whitener(np.ones(400), np.zeros(0), [], 1.0, np.ones(400, bool))]
+
+    def residuals(self, values: dict[str, float], coarse: bool = False) -> list:
+        x, rng = values["x"], np.random.default_rng(1)
+        e = rng.normal(size=400) - x
+        passed = int(np.floor(100 * x)) % 400
+        e[passed] += self.jumps
+        return [e]
+
+
+@pytest.mark.parametrize("jumps", [0.0, 20.0])
+def test_an_interval_is_no_narrower_than_the_likelihood_falls(jumps):
+    """As told by a slope over a narrow step across a jump, and by one without any."""
+    engine = Jumpy(jumps)
+    x = float(np.mean(np.random.default_rng(1).normal(size=400)))
+    fit = engine.evaluate({"x": x}, [Knob("x", x)], engine.noise)
+    narrow = replace(fit, information=np.array([[1e8]]))
+    wide = replace(fit, information=np.array([[1.0]]))
+    told = descent.no_surer(engine, narrow, {"x"})
+    assert told.sd("x") == pytest.approx(1 / np.sqrt(0.8 * 400), rel=0.4)
+    assert descent.no_surer(engine, wide, {"x"}).sd("x") == pytest.approx(1.0)
+    assert descent.no_surer(engine, narrow, set()).sd("x") == pytest.approx(1e-4)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rcc_sim.analyse.logged import open_log
-from rcc_sim.analyse.offsets import offset_sd
+from rcc_sim.analyse.offsets import offset_sd, still_noise
 from rcc_sim.definitions.cycle import Cycle
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.knobs import bias_key, bias_knobs
@@ -67,6 +67,22 @@ def test_how_far_a_sensor_may_be_off():
     assert known == {c: pytest.approx(0.06, rel=0.05) for c in known}
     stated = car.changed(settings={"sensors.accel_x_mps2.bias_sd": 0.5})
     assert offset_sd(log, stated, "accel_x_mps2") == 0.5
+
+
+def test_a_meter_shows_its_noise_where_the_car_stands():
+    """Its current follows the drive from row to row, but for 60 s in 600."""
+    rng, t = np.random.default_rng(2), np.arange(0, 600.0)
+    drive = np.where(t % 100 < 10, 0.0, 40 + 30 * np.sin(1.3 * t))
+    current = 5.0 + drive + 0.3 * rng.normal(size=len(t))
+    log = Trace({"time_s": t, "speed_mps": drive / 4, "battery_current_a": current})
+    largest = np.abs(current).max()
+    assert still_noise(log, "battery_current_a") == pytest.approx(0.3, rel=0.3)
+    sd = offset_sd(log, load_vehicle("bmw_i3"), "battery_current_a")
+    assert sd == pytest.approx(max(0.06, 5e-4 * largest), rel=0.3)
+    assert (
+        still_noise(Trace(log.columns | {"speed_mps": 0 * t + 9}), "battery_current_a")
+        == np.inf
+    )
 
 
 def test_the_offset_of_a_sensor_may_move_unless_it_is_to_be_found(drive):

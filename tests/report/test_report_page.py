@@ -181,6 +181,13 @@ def test_a_page_with_parts_missing_is_still_whole(part):
     assert "None" not in read.text and "nan" not in read.text
 
 
+def test_what_hangs_together_is_left_over_though_no_row_is_off(report):
+    acts = {"acts_as": "drag", "follows": "since_braking_s"}
+    for left, told in (({}, "Nothing beyond noise"), (acts, "hangs together; it acts")):
+        one = report.diagnosis | {"unexplained": {"fraction": 0.0, **left}}
+        assert told in page(dataclasses.replace(report, diagnosis=one))
+
+
 def test_what_is_left_is_left_by_the_mended_vehicle(report):
     """It has the causes, and the stated figures as the log moved them."""
     verdict = verdict_of(report.diagnosis)
