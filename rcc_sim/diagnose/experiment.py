@@ -24,8 +24,8 @@ SHOWN, AT_ONCE = 3, 4
 ENOUGH = 1.0
 """Nats below which no second run is worth proposing."""
 
-NOTHING = 0.5
-"""Nats below which a run parts nothing: they are told in whole ones."""
+NOTHING = 0.01
+"""Nats below which a run parts nothing."""
 
 WIDE = 0.15
 """Half-width of a 90 % interval, as a share of a cause's departure from what the file

@@ -146,6 +146,8 @@ def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
 
 def _expected(nats: float) -> str:
     """Return nats by which two causes would part: by noise alone, so not beyond all."""
+    if nats < 1:
+        return figures(nats, 1)
     return f"{nats:.0f}" if nats < CERTAIN else f"over {CERTAIN:.0f}"
 
 
