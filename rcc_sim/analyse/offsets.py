@@ -59,9 +59,7 @@ def offset_sd(log: Trace, vehicle: Vehicle, column: str) -> float:
     if stated is not None:
         return stated
     x = log[column]
-    noise = calm_noise(x)
-    if column.startswith(METERS):
-        noise = min(noise, still_noise(log, column))
+    noise = min(calm_noise(x), at_rest(log, column))
     if not noise:
         return 0.0
     share = ZEROED if column.startswith(AT_REST) else OTHERS
@@ -90,12 +88,15 @@ def calm_noise(x: Array) -> float:
     return float(np.quantile(sizes, 0.1) / np.sqrt(2))
 
 
-def still_noise(log: Trace, column: str) -> float:
-    """Return a sensor's noise while the car stands; infinite if it hardly ever does.
+def at_rest(log: Trace, column: str) -> float:
+    """Return a meter's noise while the car stands; infinite if it hardly ever does.
 
-    From differences of neighbouring rows, by their median, which what switches in
-    between leaves alone; a third of the resolution of a quantised signal at least.
+    Of other sensors rest tells nothing: a torque is nil, and nothing shakes. From
+    differences of neighbouring rows, by their median, which what switches in between
+    leaves alone; a third of the resolution of a quantised signal at least.
     """
+    if not column.startswith(METERS):
+        return inf
     still = standing(log["time_s"], log.columns)
     steps = np.abs(np.diff(log[column]))
     steps = steps[still[1:] & still[:-1] & np.isfinite(steps)]

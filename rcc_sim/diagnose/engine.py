@@ -12,7 +12,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.analyse.offsets import OFFSETS
+from rcc_sim.analyse.offsets import OFFSETS, at_rest
 from rcc_sim.diagnose.fit import Fit, Tangent
 from rcc_sim.diagnose.knobs import BIAS, Knob, figures_of
 from rcc_sim.diagnose.noise import (
@@ -75,8 +75,9 @@ class Engine:
                 grows = [p.speed, local_range(p.nominal[c]), *p.unsure]
                 counts = c == "speed_mps" and len(t) < SHORT
                 self.grows_with.append([] if counts else grows)
-                exact = INEXACT if is_rough(p.log[c]) else NOISELESS
-                self.least.append(exact * float(np.nanmax(np.abs(p.log[c]))))
+                most = float(np.nanmax(np.abs(p.log[c])))
+                noisy = is_rough(p.log[c]) or INEXACT * most < at_rest(p.log, c) < inf
+                self.least.append((INEXACT if noisy else NOISELESS) * most)
                 edges = lag_edges(1 / p.row, MEMORY, len(t))
                 self.edges.append([] if counts else edges)
 

@@ -161,7 +161,7 @@ def fit_whitener(
     The scale's square is 1 plus a non-negative sum of the squares of what the noise
     may grow with (speed; how fast the channel changes), learnt from what the memory
     does not foresee. No noise is below ``least``: what is missing remembers nothing,
-    and the memory keeps the share of what is usual.
+    and the memory keeps the share of the rest.
     """
     n = int(valid.sum())
     scale = np.ones(len(e))
@@ -182,8 +182,7 @@ def fit_whitener(
     unit = float(np.sqrt(share[0])) or 1.0
     size, scale = sigma * unit, scale / unit
     if size < least:  # how a model errs that is as exact as this, nobody knows
-        usual = size * float(np.median(scale[valid]))
-        memory = memory * min(usual / least, 1.0) ** 2
+        memory = memory * (size / least) ** 2
         scale, size = np.maximum(scale * size / least, 1.0), least
     if edges == [0]:
         return drifting(raw, scale * size, valid)

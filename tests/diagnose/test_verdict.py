@@ -1,5 +1,6 @@
 """What does not shrink on rows that no fit saw is explained in part alone."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.candidates import Search
 from rcc_sim.diagnose.cause import Cause
+from rcc_sim.diagnose.compete import outweighed
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import Knob
 from rcc_sim.diagnose.noise import Whitener
@@ -139,6 +141,21 @@ def test_a_cause_that_needs_another_vehicle_is_an_even_chance_at_most():
     assert probability(cause, NOTHING, 9.0) == SUREST
     assert probability(cause, NOTHING, 15.5) == EVEN
     assert probability(cause, NOTHING, ends=True) == EVEN
+
+
+@pytest.mark.parametrize(
+    ("unknown", "stops"), [(30.0, False), (150.0, False), (250.0, True)]
+)
+def test_no_more_causes_are_sought_beside_an_unknown_that_outweighs_all(unknown, stops):
+    """The weaker of two gained 100 nats, 200 by the noise it leaves."""
+    where = np.array([0.0, 1.0])
+    own = Remainder(unknown, "drag", "time_s", [], shares=where)
+    left = Remainder(unknown, "drag", "time_s", [], rivals=(own,))
+    one = Cause("payload", ("a",), 180.0, shares=where)
+    two = Cause("drivetrain_friction", ("b",), 100.0, sharpened=2.0, shares=where)
+    assert outweighed([one, two], left) is stops
+    elsewhere = replace(one, shares=where[::-1])
+    assert not outweighed([elsewhere, two], left)
 
 
 def test_causes_that_do_nothing_for_rows_held_out_are_withdrawn():
