@@ -59,7 +59,7 @@ def offset_sd(log: Trace, vehicle: Vehicle, column: str) -> float:
     if stated is not None:
         return stated
     x = log[column]
-    noise = min(calm_noise(x), at_rest(log, column))
+    noise = min(calm_noise(x), noise_at_rest(log, column))
     if not noise:
         return 0.0
     share = ZEROED if column.startswith(AT_REST) else OTHERS
@@ -88,7 +88,7 @@ def calm_noise(x: Array) -> float:
     return float(np.quantile(sizes, 0.1) / np.sqrt(2))
 
 
-def at_rest(log: Trace, column: str) -> float:
+def noise_at_rest(log: Trace, column: str) -> float:
     """Return a meter's noise while the car stands; infinite if it hardly ever does.
 
     Of other sensors rest tells nothing: a torque is nil, and nothing shakes. From

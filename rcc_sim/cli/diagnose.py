@@ -32,7 +32,16 @@ from rcc_sim.cli.logs import (
     tell_notes,
     write_page,
 )
-from rcc_sim.cli.output import Csv, Json, Output, atomic, emit, not_foreign, say
+from rcc_sim.cli.output import (
+    Csv,
+    Json,
+    Output,
+    atomic,
+    emit,
+    not_foreign,
+    one_format,
+    say,
+)
 from rcc_sim.errors import InputError, did_you_mean
 
 if TYPE_CHECKING:
@@ -146,8 +155,7 @@ def diagnose(
         _fleet(asked, options)
         return
     one_log(asked)
-    if json and csv:
-        raise InputError("--json and --csv: one of them")
+    one_format(json=json, csv=csv)
     if text and (json or csv):
         what = f"--text and --{'json' if json else 'csv'}: one of them"
         raise InputError(what, "what --html writes is for people, too")

@@ -59,6 +59,12 @@ Output = Annotated[
 ]
 
 
+def one_format(*, json: bool, csv: bool) -> None:
+    """Raise if both formats are asked for: before long work, rather than after."""
+    if json and csv:
+        raise InputError("--json and --csv: one of them")
+
+
 def emit(
     document: Any,
     rows: Rows,
@@ -89,8 +95,7 @@ def emit(
     InputError
         If both formats are asked for, or the file cannot be written.
     """
-    if json and csv:
-        raise InputError("--json and --csv: one of them")
+    one_format(json=json, csv=csv)
     if output is None:
         if not (json or csv) and sys.stdout.isatty():
             part = [{key: row[key] for key in shown} for row in rows] if shown else rows

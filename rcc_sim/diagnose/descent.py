@@ -42,7 +42,7 @@ OVER = (-2.0, -1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0)
 """Standard deviations from what is stated at which a threshold is tried: each step that
 a reference takes past it parts two hollows, and no slope leads from one to the next."""
 
-NEARBY = (-0.02, -0.004, 0.004, 0.02)
+BESIDE = (-0.02, -0.004, 0.004, 0.02)
 """Shares of itself by which one is tried beside where it is: at 1 kHz a reference takes
 a step a tick, and a launch that is a tick early outweighs all else.
 """
@@ -276,7 +276,7 @@ def over_steps(
     """
     tried = []
     for k in (k for k in now.knobs if k.is_stepped or k.key in keys):
-        at = [(1 + share) * now.values[k.key] for share in NEARBY]
+        at = [(1 + share) * now.values[k.key] for share in BESIDE]
         at += [k.value + n * k.sd for n in places] if isfinite(k.sd) else []
         tried += [now.values | {k.key: k.within(x)} for x in at]
     fits = engine.each(lambda x: engine.attempt(x, now.knobs, now.noise), tried)

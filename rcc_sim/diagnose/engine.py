@@ -12,7 +12,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.analyse.offsets import OFFSETS, at_rest
+from rcc_sim.analyse.offsets import OFFSETS, noise_at_rest
 from rcc_sim.diagnose.fit import Fit, Tangent
 from rcc_sim.diagnose.knobs import BIAS, Knob, figures_of
 from rcc_sim.diagnose.noise import (
@@ -76,7 +76,9 @@ class Engine:
                 counts = c == "speed_mps" and len(t) < SHORT
                 self.grows_with.append([] if counts else grows)
                 most = float(np.nanmax(np.abs(p.log[c])))
-                noisy = is_rough(p.log[c]) or INEXACT * most < at_rest(p.log, c) < inf
+                noisy = (
+                    is_rough(p.log[c]) or INEXACT * most < noise_at_rest(p.log, c) < inf
+                )
                 self.least.append((INEXACT if noisy else NOISELESS) * most)
                 edges = lag_edges(1 / p.row, MEMORY, len(t))
                 self.edges.append([] if counts else edges)

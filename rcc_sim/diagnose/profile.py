@@ -1,55 +1,18 @@
-"""Causes that vary over a drive: how strong an effect acted, and when.
-
-An effect's signal is what it adds to each channel. Times a window it is what the
-effect adds if it acts in that window alone, because the vehicle, drawn to its log,
-forgets within a second. The strengths in the windows are then a linear problem, with
-a prior on their size and roughness that the log itself scales.
-"""
+"""A cause that varies over a drive, as it was found: how strong it acted, and when."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.diagnose.engine import Engine
-from rcc_sim.diagnose.fit import Fit
-from rcc_sim.diagnose.knobs import Knob, neutral_of
-from rcc_sim.diagnose.noise import (
-    Whitener,
-    fit_whitener,
-    log_likelihood,
-    weights,
-)
+from rcc_sim.diagnose.noise import Whitener
 from rcc_sim.diagnose.problem import Problem
-from rcc_sim.diagnose.strengths import (
-    Prior,
-    Weighed,
-    freed,
-    likeliest,
-    smooth,
-    windows,
-)
-from rcc_sim.units import unit_of
+from rcc_sim.diagnose.strengths import Prior, likeliest
 
 Array = NDArray[np.float64]
-
-DRIFTS = ("effects.auxiliary_load.power_w",)
-"""What a slow drift of the battery's gauge looks the same as, and gives way to."""
-
-CLIMBS = ("effects.road_grade.slope",)
-"""What adds up, over the distance, to a height."""
-
-RELIEF = 100.0
-"""Height by which a drive may end above where it began, one sd: what goes on for tens
-of kilometres is no slope. Of the 27 trips of two measured cars, of 3 to 60 km, it is
-27 m (root mean square) and 60 m at most; other country is hillier. [m]"""
-
-ROUNDS = 4
-"""Rounds in which a profile and the noise find their shares."""
 
 OWN = 0.04
 """Least share of a knot's variance that counts as its own, not as that of all of
@@ -157,16 +120,6 @@ class Profile:
         return apart | (np.abs(value) > times * sd)
 
 
-def prior_of(key: str, along: str, knots: Array) -> Prior:
-    """What is expected of strengths at knots: little change, and little climb."""
-    k = len(knots)
-    if key not in CLIMBS or along != "distance_m":
-        return Prior(smooth(k))
-    climb = np.full(k, knots[1] - knots[0])
-    climb[[0, -1]] *= 0.5
-    return Prior(smooth(k), climb / RELIEF)
-
-
 def mean_over(x: Array, y: Array) -> float:
     """Mean of y over x, straight between its knots; a car that stands has one place."""
     length = float(x[-1] - x[0])
@@ -190,229 +143,8 @@ def overlap(a: Array, b: Array) -> float:
     return float(np.sqrt(a * b).sum())
 
 
-class Probe:
-    """The signal of one figure at a fit, ready to be cut into windows."""
-
-    def __init__(self, engine: Engine, fit: Fit, key: str, size: float) -> None:
-        self.engine, self.fit, self.key = engine, fit, key
-        self._white: dict[int, Array] = {}
-        self._without: dict[int, float] = {}
-        base = fit.values.get(key, stated(engine, key))
-        start = engine.residuals(fit.values, coarse=True)
-        size, moved = engine.aside(fit.values | {key: base}, Knob(key, base), size)
-        pairs = zip(moved, start, strict=True)
-        per = 1 / size if size else 0.0  # at a bound on both sides
-        self.signal = [np.nan_to_num(per * (a - b)) for a, b in pairs]
-        self.tracks = [
-            i for i, w in enumerate(fit.noise) if np.any(self.signal[i][w.valid])
-        ]
-
-    @property
-    def shares(self) -> Array:
-        """Share of each track in the signal."""
-        return shares(self.signal, self.fit.noise)
-
-    def shares_of(self, profiles: Mapping[int, Profile]) -> Array:
-        """Share of each track in what profiles change, log by log."""
-        problems = self.engine.problems
-        strength = {
-            i: p.at(problems[i].coordinate(p.along)) for i, p in profiles.items()
-        }
-        pairs = zip(self.engine.tracks, self.signal, strict=True)
-        return shares([x * strength.get(i, 0.0) for (i, _), x in pairs], self.fit.noise)
-
-    def profile(self, log: int, along: str, x: Array, count: int) -> Profile:
-        """Strengths over a coordinate x of one log, and the evidence for them."""
-        knots = np.linspace(x.min(), x.max(), count)
-        tracks = self._tracks_of(log)
-        if not tracks or knots[0] == knots[-1]:
-            return Profile(self.key, along, knots, 0 * knots, 0 * knots, 0.0)
-        H = windows(x, knots)
-        noise = [self.fit.noise[i] for i in tracks]
-        prior = prior_of(self.key, along, knots)
-        found = self._weighed(tracks, H, noise, self._left(tracks), prior)
-        drifts = self.key not in DRIFTS and any(w.drift is not None for w in noise)
-        if drifts:
-            found = self._relearnt(tracks, H, found, prior)
-        return Profile(
-            self.key,
-            along,
-            knots,
-            found.value,
-            found.sd,
-            found.evidence,
-            drifts,
-            None if drifts else found.normal,
-            prior.held,
-            found.mean_sd,
-        )
-
-    def sharper(self, profile: Profile, log: int, x: Array) -> Profile:
-        """The same by the noise that it leaves: sharper, and no likelier for it."""
-        if profile.normal is None or profile.evidence <= 0:
-            return profile
-        found, again = self._both(profile, log, x)
-        if again.evidence <= found.evidence:
-            return profile
-        return replace(profile, value=again.value, sd=again.sd, mean_sd=again.mean_sd)
-
-    def with_noise(self, profile: Profile, log: int, x: Array) -> float:
-        """Evidence for a profile and the noise that it leaves, together. [nats]
-
-        What switches on and off passes for a noise that remembers: by that noise it
-        gains next to nothing.
-        """
-        return self._both(profile, log, x)[1].evidence
-
-    def per_row(self, log: int) -> tuple[Array, Array]:
-        """Likeliest strength row by row, and how much each tells (inverse variance).
-
-        By a noise that remembers nothing.
-        """
-        told = np.zeros(len(self.engine.problems[log].log["time_s"]))
-        asked = np.zeros_like(told)
-        tracks = self._tracks_of(log)
-        for i, w in zip(tracks, self._forgetful(tracks), strict=True):
-            v, signal = w.valid, self.signal[i] / w.sigma**2
-            asked[v] -= (signal * self.fit.residuals[i])[v]
-            told[v] += (signal * self.signal[i])[v]
-        return asked / np.maximum(told, 1e-300), told
-
-    def beside_noise(self, log: int, H: Array, shape: Array) -> Weighed:
-        """Strengths in windows H (n, k), by the ``shape`` of their prior.
-
-        Weighed against the noise, from one that remembers nothing: what switches, or
-        grows without haste, passes for one that does. What noise and knobs gain without
-        them, found anew as well, is no evidence for them.
-        """
-        found = self._from_forgetful(log, H, Prior(shape))
-        return replace(found, evidence=found.evidence - self.without(log))
-
-    def without(self, log: int) -> float:
-        """Evidence for noise and knobs found anew, without any strength. [nats]"""
-        if log not in self._without:
-            rows = len(self.engine.problems[log].log["time_s"])
-            nothing = self._from_forgetful(log, np.zeros((rows, 1)), Prior(np.eye(1)))
-            self._without[log] = nothing.evidence
-        return self._without[log]
-
-    def _from_forgetful(self, log: int, H: Array, prior: Prior) -> Weighed:
-        tracks = self._tracks_of(log)
-        noise = self._forgetful(tracks)
-        found = self._weighed(tracks, H, noise, self._left(tracks), prior)
-        return self._relearnt(tracks, H, found, prior)
-
-    def evidence(self, log: int, H: Array, shape: Array) -> float:
-        """Evidence for such strengths by the noise of the fit. [nats]"""
-        tracks = self._tracks_of(log)
-        noise = [self.fit.noise[i] for i in tracks]
-        left = self._left(tracks)
-        return self._weighed(tracks, H, noise, left, Prior(shape)).evidence
-
-    def _forgetful(self, tracks: list[int]) -> list[Whitener]:
-        pairs = [(self.fit.residuals[i], self.fit.noise[i].valid) for i in tracks]
-        return [fit_whitener(e, valid, [], []) for e, valid in pairs]
-
-    def shows_in(self, log: int) -> bool:
-        """Tell whether the figure changes anything that a log holds."""
-        return bool(self._tracks_of(log))
-
-    def _tracks_of(self, log: int) -> list[int]:
-        return [i for i in self.tracks if self.engine.tracks[i][0] == log]
-
-    def _both(self, profile: Profile, log: int, x: Array) -> tuple[Weighed, Weighed]:
-        """Strengths by the noise of the fit, and by the noise that they leave."""
-        tracks = self._tracks_of(log)
-        H = windows(x, profile.knots)
-        noise = [self.fit.noise[i] for i in tracks]
-        prior = prior_of(profile.key, profile.along, profile.knots)
-        found = self._weighed(tracks, H, noise, self._left(tracks), prior)
-        return found, self._relearnt(tracks, H, found, prior)
-
-    def _knobs(self, noise: Whitener, track: int) -> Array:
-        """Signals of the knobs in a track, whitened; kept for the fit's own noise."""
-        if noise is not self.fit.noise[track]:
-            return noise(self._signals(track))
-        if track not in self._white:
-            self._white[track] = noise(self._signals(track))
-        return self._white[track]
-
-    def _signals(self, track: int) -> Array:
-        return np.stack([j[track] for j in self.fit.signals]).T
-
-    def _left(self, tracks: list[int]) -> list[Array]:
-        return [self.fit.residuals[i] for i in tracks]
-
-    def _weighed(
-        self,
-        tracks: list[int],
-        H: Array,
-        noise: list[Whitener],
-        left: list[Array],
-        prior: Prior,
-    ) -> Weighed:
-        """Strengths in some windows, by a noise and what is left to weigh rows by."""
-        fit = self.fit
-        pairs = list(zip(noise, tracks, strict=True))
-        A = np.vstack([w(self.signal[i][:, None] * H) for w, i in pairs])
-        r = np.concatenate([w(fit.residuals[i]) for w, i in pairs])
-        J = np.vstack([self._knobs(w, i) for w, i in pairs])
-        rest = np.concatenate([w(e) for w, e in zip(noise, left, strict=True)])
-        W = np.sqrt(weights(rest))
-        for x in (A, r, J):
-            x *= W[:, None] if x.ndim > 1 else W
-        off = np.array([fit.values[k.key] - k.value for k in fit.knobs])
-        M, b, back = freed(A, r, J, np.array([k.sd for k in fit.knobs]), off)
-        evidence, value, sd, mean_sd = likeliest(M, b, prior, H.mean(axis=0))
-        cost = float(b @ value - 0.5 * value @ M @ value) - evidence
-        return Weighed(evidence, value, sd, back(value), cost, (M, b), mean_sd)
-
-    def _relearnt(
-        self, tracks: list[int], H: Array, found: Weighed, prior: Prior
-    ) -> Weighed:
-        """Weigh a profile against the noise, as either may be taken for the other.
-
-        The noise is learnt anew from what the profile leaves. The evidence is the
-        likelihood of that, by that noise, to the likelihood of all by its own.
-        """
-        fit = self.fit
-        sd = np.array([k.sd for k in fit.knobs])
-        off = np.array([fit.values[k.key] - k.value for k in fit.knobs])
-        before = self._left(tracks)
-        by = [fit.noise[i] for i in tracks]
-        all_in = sum(log_likelihood(w, e) for w, e in zip(by, before, strict=True))
-        best = replace(found, evidence=0.0, value=0 * found.value)
-        now = found
-        for _ in range(ROUNDS):
-            left = [
-                self.fit.residuals[i]
-                + self.signal[i] * (H @ now.value)
-                + self._signals(i) @ now.knobs
-                for i in tracks
-            ]
-            noise = self.engine.learn_noise_of(tracks, left)
-            now = self._weighed(tracks, H, noise, left, prior)
-            likely = sum(log_likelihood(w, e) for w, e in zip(noise, left, strict=True))
-            pull = 0.5 * float((((off + now.knobs) / sd) ** 2 - (off / sd) ** 2).sum())
-            now = replace(now, evidence=likely - all_in - pull - now.cost)
-            if now.evidence > best.evidence:
-                best = now
-        return best
-
-
 def acted_on(problem: Problem, profile: Profile) -> Problem:
     """The same drive with a profile acting: on its road, or as a load on top."""
     if profile.along == "distance_m":
         return problem.on_road(profile.knots, profile.value)
     return problem.with_load(profile.at(problem.coordinate(profile.along)))
-
-
-def stated(engine: Engine, key: str) -> float:
-    """Return what the vehicle file says of a figure, or what it is without."""
-    figure = engine.problems[0].vehicle.figures().get(key)
-    return figure.value if figure else neutral_of(key)
-
-
-def probe_size(engine: Engine, key: str) -> float:
-    """A small change of a figure, for a vehicle of any size."""
-    return engine.problems[0].small.get(unit_of(key), 0.005)

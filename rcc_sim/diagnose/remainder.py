@@ -14,8 +14,9 @@ from rcc_sim.diagnose.engine import MEMORY, Engine
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import Knob
 from rcc_sim.diagnose.noise import log_density
+from rcc_sim.diagnose.probe import Probe, probe_size
 from rcc_sim.diagnose.problem import SINCE_BRAKING, SINCE_STANDING
-from rcc_sim.diagnose.profile import Probe, Profile, overlap, probe_size
+from rcc_sim.diagnose.profile import Profile, overlap
 from rcc_sim.diagnose.shapes import LATERAL
 
 Array = NDArray[np.float64]

@@ -29,6 +29,15 @@ ABSORBED = 1e-3
 the difference of two sums of squares may be nothing but rounding."""
 
 
+CLIMBS = ("effects.road_grade.slope",)
+"""What adds up, over the distance, to a height."""
+
+RELIEF = 100.0
+"""Height by which a drive may end above where it began, one sd: what goes on for tens
+of kilometres is no slope. Of the 27 trips of two measured cars, of 3 to 60 km, it is
+27 m (root mean square) and 60 m at most; other country is hillier. [m]"""
+
+
 @dataclass(frozen=True)
 class Prior:
     """What is expected of strengths before a log is seen.
@@ -103,6 +112,16 @@ def smooth(k: int) -> Array:
     level = np.full((k, k), 1 / k)  # a mean counts as one figure, not as one a knot
     inverse: Array = np.eye(k) - level + level / k + D.T @ D / ROUGHNESS**2
     return inverse
+
+
+def prior_of(key: str, along: str, knots: Array) -> Prior:
+    """What is expected of strengths at knots: little change, and little climb."""
+    k = len(knots)
+    if key not in CLIMBS or along != "distance_m":
+        return Prior(smooth(k))
+    climb = np.full(k, knots[1] - knots[0])
+    climb[[0, -1]] *= 0.5
+    return Prior(smooth(k), climb / RELIEF)
 
 
 def likeliest(

@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 from rcc_sim.diagnose.cause import ENOUGH, PROFILES, Cause
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
+from rcc_sim.diagnose.probe import Probe, probe_size
 from rcc_sim.diagnose.problem import Problem
-from rcc_sim.diagnose.profile import Probe, Profile, probe_size
+from rcc_sim.diagnose.profile import Profile
 from rcc_sim.diagnose.remainder import carrier_of
 from rcc_sim.diagnose.strengths import Weighed, smooth, windows
 

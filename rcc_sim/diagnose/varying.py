@@ -19,8 +19,9 @@ from rcc_sim.diagnose.cause import (
 from rcc_sim.diagnose.engine import MEMORY, Engine
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import Knob, own_key
+from rcc_sim.diagnose.probe import Probe, probe_size, stated
 from rcc_sim.diagnose.problem import Problem
-from rcc_sim.diagnose.profile import Probe, Profile, acted_on, probe_size, stated
+from rcc_sim.diagnose.profile import Profile, acted_on
 from rcc_sim.diagnose.starts import TOO_FAR
 from rcc_sim.diagnose.switched import LOAD, beside_noise
 from rcc_sim.physics.effects import EFFECTS

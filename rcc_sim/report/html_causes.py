@@ -145,11 +145,12 @@ def _left(diagnosis: Mapping[str, Any]) -> Markup:
     left = diagnosis.get("unexplained") or {}
     if left.get("fraction") is None:
         return Markup("")
-    text = f"{percent(left['fraction'])} of the gap beyond noise stays unexplained"
-    if not left["fraction"]:
-        if not left.get("acts_as"):
-            return tag("p", "Nothing beyond noise is left over.")
+    if left["fraction"]:
+        text = f"{percent(left['fraction'])} of the gap beyond noise stays unexplained"
+    elif left.get("acts_as"):
         text = "No row is off beyond noise any more, but what is left hangs together"
+    else:
+        return tag("p", "Nothing beyond noise is left over.")
     if left.get("acts_as"):
         follows = title_of(str(left.get("follows", ""))).lower()
         text += f"; it acts like {way_of(str(left['acts_as']))} that follows {follows}"

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rcc_sim.analyse.logged import open_log
-from rcc_sim.analyse.offsets import at_rest, offset_sd
+from rcc_sim.analyse.offsets import noise_at_rest, offset_sd
 from rcc_sim.definitions.cycle import Cycle
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.knobs import bias_key, bias_knobs
@@ -76,11 +76,13 @@ def test_a_meter_shows_its_noise_where_the_car_stands():
     current = 5.0 + drive + 0.3 * rng.normal(size=len(t))
     log = Trace({"time_s": t, "speed_mps": drive / 4, "battery_current_a": current})
     largest = np.abs(current).max()
-    assert at_rest(log, "battery_current_a") == pytest.approx(0.3, rel=0.3)
+    assert noise_at_rest(log, "battery_current_a") == pytest.approx(0.3, rel=0.3)
     sd = offset_sd(log, load_vehicle("bmw_i3"), "battery_current_a")
     assert sd == pytest.approx(max(0.06, 5e-4 * largest), rel=0.3)
     assert (
-        at_rest(Trace(log.columns | {"speed_mps": 0 * t + 9}), "battery_current_a")
+        noise_at_rest(
+            Trace(log.columns | {"speed_mps": 0 * t + 9}), "battery_current_a"
+        )
         == np.inf
     )
 

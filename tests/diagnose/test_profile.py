@@ -4,12 +4,14 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.stats import multivariate_normal
 
-from rcc_sim.diagnose.profile import RELIEF, Profile, overlap, prior_of
+from rcc_sim.diagnose.profile import Profile, overlap
 from rcc_sim.diagnose.strengths import (
+    RELIEF,
     SIZES,
     Prior,
     freed,
     likeliest,
+    prior_of,
     smooth,
     windows,
 )

@@ -87,6 +87,19 @@ def spline(at, time, values):
     return values[k] + step[k] * u * (a + u * bend)
 
 
+def _rows(tried, *, of="row", columns=(), opposes=(), shows_in=()):
+    return Sought(
+        tried=tried,
+        limits=(1.0, inf),
+        of=of,
+        longest=0.5,
+        acts="rows",
+        columns=columns,
+        opposes=opposes,
+        shows_in=shows_in,
+    )
+
+
 def _more(name, what, *columns, of="row", opposes=(), shows_in=()):
     return Param(
         name,
@@ -95,12 +108,9 @@ def _more(name, what, *columns, of="row", opposes=(), shows_in=()):
         typical=(0.005, 0.2),
         about=f"more delay of {what}, on top of delay_s",
         optional=True,
-        sought=Sought(
-            tried=(1.0, 2.0, 5.0, 10.0),
-            limits=(1.0, inf),
+        sought=_rows(
+            (1.0, 2.0, 5.0, 10.0),
             of=of,
-            longest=0.5,
-            acts="rows",
             columns=columns,
             opposes=opposes,
             shows_in=shows_in,
@@ -120,12 +130,8 @@ EFFECT = Effect(
             typical=(0.005, 0.2),
             about="delay of every sensor",
             optional=True,
-            sought=Sought(
-                tried=(1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 11.0, 15.0),
-                limits=(1.0, inf),
-                of="row",
-                longest=0.5,
-                acts="rows",
+            sought=_rows(
+                (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 11.0, 15.0),
                 shows_in=("commanded",),
             ),
         ),
