@@ -11,6 +11,7 @@ from rcc_sim.readers.column_map import CLOCK, DATE, UNITS
 from rcc_sim.readers.csv_table import text_table
 from rcc_sim.readers.own import WRITTEN
 from rcc_sim.source import Source
+from rcc_sim.units import unit_of
 
 
 class Meaning(NamedTuple):
@@ -27,6 +28,7 @@ OF_BATTERY = "motor phase aux heater heating ac cell min max limit low 12v"
 MEANINGS = (
     Meaning("time_s", "s", ("time timestamp clock date datetime zeit",)),
     Meaning("speed_ref_mps", "m/s", ("speed velocity", "ref target set cmd desired")),
+    Meaning("motor_speed_erpm", "erpm", ("erpm",), "ref target set cmd"),
     Meaning(
         "motor_speed_radps", "rad/s", ("motor engine rotor rpm", "speed rpm"), "fan"
     ),
@@ -47,9 +49,29 @@ MEANINGS = (
     Meaning("yaw_rate_radps", "rad/s", ("yaw gyro", "rate z")),
     Meaning("steer_cmd_rad", "rad", ("steer steering",), "wheel torque"),
     Meaning("throttle", "1", ("throttle",)),
+    Meaning("motor_temperature_degc", "°C", ("motor", "temperature temp")),
     Meaning("ambient_temperature_degc", "°C", ("ambient outside", "temperature temp")),
 )
 """The first that fits a name; in a map, the first column that fits a meaning."""
+
+SHORT = {
+    name: column
+    for column, names in {
+        "time_s": "t ts secs seconds elapsed stamp",
+        "speed_mps": "v vx v_x vel_x speed_x",
+        "speed_ref_mps": "v_ref v_cmd v_des",
+        "battery_voltage_v": "v_in vin v_bat vbat v_batt vbatt u_bat",
+        "battery_current_a": "i_in iin i_bat ibat i_batt ibatt",
+        "motor_current_a": "i_motor i_mot imotor",
+        "duty_cycle": "duty duty_cycle dutycycle duty_now duty_cycle_now",
+        "yaw_rate_radps": "gz gyroz gyro_z wz w_z omega_z yawrate",
+        "accel_x_mps2": "ax a_x accx",
+        "accel_y_mps2": "ay a_y accy",
+        "steer_cmd_rad": "delta delta_cmd steer_cmd",
+    }.items()
+    for name in names.split()
+}
+"""Whole names that loggers abbreviate -> our column."""
 
 SPELT = WRITTEN | {
     "mps": "m/s", "sec": "s", "seconds": "s",
@@ -107,6 +129,10 @@ def meaning_of(name: str) -> Meaning | None:
     whole = re.sub(r"(?<=[a-z])(?=[A-Z][a-z])", " ", UNIT.sub("", name)).lower()
     words = set(re.findall(r"[a-zäöüß0-9]+", whole))
     unit = UNITS.get(unit_in(name), (1.0, ""))[1]
+    short = SHORT.get("_".join(re.findall(r"[a-z0-9]+", UNIT.sub("", name).lower())))
+    if short:
+        of_short = Meaning(short, unit_of(short) or "1", ())
+        return of_short if unit in ("", of_short.unit) else None
     for meaning in MEANINGS:
         fits = all(words & set(group.split()) for group in meaning.words)
         if not fits or words & set(meaning.never.split()):
@@ -119,11 +145,11 @@ def meaning_of(name: str) -> Meaning | None:
 def unit_in(name: str) -> str:
     """Return the unit that a name ends in, as a map names it; empty if none is known.
 
-    >>> unit_in("Vehicle Speed (km/h)"), unit_in("Torque [Nm]"), unit_in("speed_kmh")
-    ('km/h', 'N m', 'km/h')
+    >>> unit_in("Vehicle Speed (km/h)"), unit_in("Torque [Nm]"), unit_in("Motor RPM")
+    ('km/h', 'N m', 'rpm')
     """
     at = UNIT.search(name)
-    written = at.group(1) if at else name.rpartition("_")[2]
+    written = at.group(1) if at else re.split(r"[_\s]", name.strip())[-1]
     spelt = SPELT.get(written.lower(), written)
     return spelt if spelt in UNITS else ""
 

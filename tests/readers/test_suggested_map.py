@@ -19,7 +19,16 @@ from rcc_sim.source import open_source
         ("Vehicle Speed (km/h)", "speed_mps", "km/h"),
         ("HV Battery Current (A)", "battery_current_a", "A"),
         ("BatteryVoltage [V]", "battery_voltage_v", "V"),
-        ("Motor RPM", "motor_speed_radps", ""),
+        ("Motor RPM", "motor_speed_radps", "rpm"),
+        ("erpm", "motor_speed_erpm", ""),
+        ("t", "time_s", ""),
+        ("t [ms]", "time_s", "ms"),
+        ("v_in", "battery_voltage_v", ""),
+        ("Vbat (mV)", "battery_voltage_v", "mV"),
+        ("i_in", "battery_current_a", ""),
+        ("gz [deg/s]", "yaw_rate_radps", "deg/s"),
+        ("current_in", "battery_current_a", ""),
+        ("duty_cycle_now", "duty_cycle", ""),
         ("Motor Torque [Nm]", "motor_torque_nm", "N m"),
         ("Heating Power [kW]", "aux_power_w", "kW"),
         ("SoC [%]", "state_of_charge_percent", "%"),
@@ -36,7 +45,8 @@ def test_a_name_and_its_unit_are_understood(name, column, unit):
 
 @pytest.mark.parametrize(
     "name", ["Cell Voltage max [V]", "Motor Current limit [A]", "Wheel Speed FL [km/h]",
-             "Battery Temperature [°C]", "Speed [V]", "Gear"],
+             "Battery Temperature [°C]", "Speed [V]", "v_in [A]",
+             "erpm_cmd", "Gear"],
 )  # fmt: skip
 def test_what_only_sounds_alike_is_left_out(name):
     assert meaning_of(name) is None
