@@ -335,7 +335,10 @@ def not_logged(log: Trace, energy: EnergyGap) -> list[str]:
     """Return what a person should know of what could not be compared."""
     notes = []
     if energy.at == "shaft":
-        notes.append("the battery was not logged: the energy is that of the shaft")
+        half = {"battery_current_a", "battery_voltage_v"} & set(log.columns)
+        lone = f"of the battery only {half.pop()} is of use" if len(half) == 1 else ""
+        why = lone or "the battery was not logged"
+        notes.append(f"{why}: the energy is that of the shaft")
     elif not energy.at:
         notes.append("neither battery nor shaft was logged: there is no energy gap")
     if "speed_mps" not in log:

@@ -61,7 +61,9 @@ def record(report: Report) -> Markup:
     rows = [
         {
             "name": tag("code", str(entry.get("name", ""))),
-            "hash": tag("code", entry["sha256"]) if entry.get("sha256") else "no file",
+            "hash": tag("code", entry["sha256"])
+            if entry.get("sha256")
+            else "not a file",
         }
         for entry in run.get("inputs") or []
     ]

@@ -11,6 +11,8 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+from rcc_sim.definitions.library import names
+
 LIBRARIES = ("numpy", "scipy", "numba", "pandas", "pyarrow")
 
 
@@ -20,7 +22,7 @@ def run_record(inputs: Sequence[str | Path], seed: int | None = None) -> dict[st
     Parameters
     ----------
     inputs : sequence of str or Path
-        What the command read; what is no file (``-``, a shipped name) has no hash.
+        What the command read: files, or vehicles by name; ``-`` has no hash.
     seed : int, optional
         Of the draws, where there were any.
     """
@@ -40,7 +42,7 @@ def run_record(inputs: Sequence[str | Path], seed: int | None = None) -> dict[st
 
 
 def sha256(name: str | Path) -> str | None:
-    """Return the SHA-256 of a file; None for what is no file, such as ``-``.
+    """Return the SHA-256 of a file, or of a vehicle's by its name; None for ``-``.
 
     Raises
     ------
@@ -48,6 +50,9 @@ def sha256(name: str | Path) -> str | None:
         If the file cannot be read.
     """
     path = Path(name)
+    if not path.is_file():
+        known = names("vehicles", (".toml",))
+        path = next((e.path for e in known if e.name == str(name)), path)
     if not path.is_file():
         return None
     with path.open("rb") as file:

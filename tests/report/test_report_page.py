@@ -12,6 +12,7 @@ import sys
 import numpy as np
 import pytest
 
+from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.report.findings import Report
 from rcc_sim.report.html import page
 from rcc_sim.report.provenance import run_record
@@ -255,10 +256,12 @@ def test_what_was_run_has_versions_and_hashes(tmp_path):
 
     file = tmp_path / "a.csv"
     file.write_bytes(b"time_s\n")
-    record = run_record([file, "-"], seed=3)
-    first, second = record["inputs"]
+    record = run_record([file, "-", "rcc"], seed=3)
+    first, second, car = record["inputs"]
     assert first["sha256"] == hashlib.sha256(b"time_s\n").hexdigest()
     assert second["sha256"] is None and record["seed"] == 3
+    shipped = load_vehicle("rcc").path.read_bytes()
+    assert car["sha256"] == hashlib.sha256(shipped).hexdigest()
     assert {"rccsim", "python", "numpy"} <= record["versions"].keys()
 
 
