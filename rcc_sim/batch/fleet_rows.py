@@ -25,8 +25,8 @@ Row = dict[str, Any]
 
 TEMPERATURE = "ambient_temperature_degc"
 
-CLOCK = 3e8
-"""Least ``time_s`` that is taken for Unix time: 1979. [s]"""
+CLOCK = (3e8, 1e10)
+"""Stamps that are taken for Unix time: 1979 to 2286. [s]"""
 
 CONTEXT = {
     "date": "string",
@@ -108,7 +108,7 @@ def check_row(log: str, options: Mapping[str, Any]) -> Row:
     whole = report.document([checked])
     return {
         **({"vehicle": car.name} if car else {}),
-        **context(reading.trace),
+        **context(reading.trace, reading.start_s),
         **{key: whole[key] for key in ("sound", "rows", "rate_hz", "duration_s")},
         **{f"{severity}s": n for severity, n in whole["counts"].items()},
         **found(checked.findings),
@@ -133,7 +133,7 @@ def gap_row(log: str, options: Mapping[str, Any]) -> Row:
     energy = energy_block(gaps.energy)
     return {
         "vehicle": car.name,
-        **context(logged.log),
+        **context(logged.log, logged.reading.start_s),
         "mode": gaps.mode,
         **{key: energy[key] for key in ENERGIES},
         "beyond": [c.channel for c in gaps.channels if (c.ratio or 0) > 1],
@@ -159,7 +159,7 @@ def diagnose_row(log: str, options: Mapping[str, Any]) -> Row:
     energy = result.document()["where"]["energy"]
     return {
         "vehicle": car.name,
-        **context(logged.log),
+        **context(logged.log, logged.reading.start_s),
         "mode": result.gap.mode,
         "status": result.status,
         **{key: energy[key] for key in ENERGIES},
@@ -196,13 +196,22 @@ def model(name: str) -> Vehicle:
     return load_vehicle(name)
 
 
-def context(trace: Trace) -> Row:
-    """Return when and in what weather a log was driven, where it tells."""
+def context(trace: Trace, start_s: float = 0.0) -> Row:
+    """Return when and in what weather a log was driven, where it tells.
+
+    Parameters
+    ----------
+    trace : Trace
+        The log.
+    start_s : float
+        What its stamps count from. [s since 1970]
+    """
     time = trace["time_s"]
     known = time[np.isfinite(time)]
     row: Row = {"duration_s": float(known[-1] - known[0])}
-    if known[0] > CLOCK:
-        row["date"] = datetime.fromtimestamp(float(known[0]), UTC).date().isoformat()
+    began = start_s + float(known[0])
+    if CLOCK[0] < began < CLOCK[1]:
+        row["date"] = datetime.fromtimestamp(began, UTC).date().isoformat()
     warm = trace.columns.get(TEMPERATURE)
     if warm is not None and np.isfinite(warm).any():
         row[TEMPERATURE] = float(np.nanmean(warm))

@@ -141,10 +141,14 @@ def finished(
         raise InputError(f"{name}: time_s: every row is blank")
     if all(np.isnan(columns[n]).all() for n in channels):
         raise InputError(f"{name}: every channel is blank in every row")
-    columns["time_s"] = _from_zero(columns["time_s"], report)
+    start = _epoch(columns["time_s"])
+    if start:
+        columns["time_s"] = columns["time_s"] - start
+        report.notes.append(f"time_s 0 is {_date(start)}")
     return Log(
         trace=Trace(columns, name=name),
         reader=reader,
+        start_s=start,
         mapped=tuple(report.mapped),
         dropped=tuple(dict.fromkeys(report.dropped)),
         guessed=tuple(dict.fromkeys(report.guessed)),
@@ -236,14 +240,10 @@ def _lacking(by: ColumnMap, ours: str, term: Term, names: Sequence[str]) -> Inpu
     )
 
 
-def _from_zero(time: Array, report: Report) -> Array:
-    """Return stamps that count from the first, where they count from an epoch."""
+def _epoch(time: Array) -> float:
+    """Return what stamps count from, in whole seconds: 0, or an epoch's first. [s]"""
     known = time[np.isfinite(time)]
-    if np.abs(known).max() < EPOCH:
-        return time
-    start = float(np.floor(known[0]))
-    report.notes.append(f"time_s 0 is {_date(start)}")
-    return time - start
+    return 0.0 if np.abs(known).max() < EPOCH else float(np.floor(known[0]))
 
 
 def _date(stamp: float) -> str:

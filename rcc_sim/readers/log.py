@@ -100,6 +100,8 @@ class Log:
         What else a person should know.
     flaws : tuple of Flaw
         What is wrong with the file, as far as reading it shows.
+    start_s : float
+        What its own stamps are at ``time_s`` 0; since 1970 where they are dates. [s]
     """
 
     trace: Trace
@@ -109,6 +111,7 @@ class Log:
     guessed: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     flaws: tuple[Flaw, ...] = ()
+    start_s: float = 0.0
 
 
 class Group(NamedTuple):

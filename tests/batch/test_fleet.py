@@ -186,6 +186,20 @@ def test_a_log_tells_its_day_and_weather_where_it_holds_them():
     assert told["constants"] == '{"tyre_pressure_pa": 210000.0}'
 
 
+def test_a_log_of_dates_is_filed_by_its_date(tmp_path):
+    log = tmp_path / "trip.csv"
+    stamps = (f"2025-03-01T23:{k:02d}:00.5Z,{k % 7}" for k in range(30))
+    log.write_text("\n".join(["when,v", *stamps]))
+    by = tmp_path / "map.toml"
+    by.write_text(
+        '[map]\n[columns]\ntime_s = { from = "when", unit = "date" }\nspeed_mps = "v"\n'
+    )
+    row = check_row(str(log), {"map": str(by)})
+    assert row["date"] == "2025-03-01"
+    milliseconds = Trace({"time_s": 1.7e12 + np.arange(3.0), "speed_mps": np.ones(3)})
+    assert "date" not in context(milliseconds)
+
+
 def row(**known):
     """Return a row of `gap`."""
     base = {"error": None, "vehicle": "v", "measured_wh": 10.0, "simulated_wh": 9.0}
