@@ -150,7 +150,8 @@ def run_fleet(
     Raises
     ------
     InputError
-        If there are no logs, no such model, column, effect, scheduler.
+        If there are no logs, no such model, column, effect, scheduler; or, once the
+        rows are told, if not one of the logs could be used.
     """
     from rcc_sim.batch.engine import ONE_THREAD, Engine
 
@@ -158,6 +159,7 @@ def run_fleet(
     from rcc_sim.batch.batch import run_batch
     from rcc_sim.batch.fleet import rows_in
     from rcc_sim.batch.fleet_summary import summary
+    from rcc_sim.errors import InputError
 
     fleet = _fleet(asked, command, row, columns, options)
     with _place(asked.output) as place:
@@ -172,6 +174,11 @@ def run_fleet(
     if asked.output is not None:
         new = progress.total - progress.before
         say(f"wrote {asked.output}: {progress.total:,} logs ({new:,} now)")
+    if found["failed"] == found["logs"]:
+        raise InputError(
+            f"none of the {found['logs']:,} logs could be used",
+            "the rows say why; rccsim check LOG tells it of one",
+        )
     return found
 
 

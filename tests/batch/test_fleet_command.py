@@ -42,6 +42,14 @@ def test_a_folder_is_a_fleet_and_gives_a_row_a_log(place):
     assert "logs/zz.csv" in done.stderr
 
 
+def test_a_fleet_without_one_usable_log_fails_once_its_rows_are_told(place):
+    done = rccsim("gap", "logs/zz.csv", "gone.csv", "--vehicle", "rcc", cwd=place)
+    rows = list(csv.DictReader(io.StringIO(done.stdout)))
+    assert done.returncode == 2 and len(rows) == 2
+    assert all(row["error"] for row in rows)
+    assert "none of the 2 logs" in done.stderr
+
+
 def test_several_logs_of_gap_are_those_of_gap_on_each(place):
     names = ["logs/0000.csv.gz", "logs/0001.csv.gz"]
     many = rccsim("gap", *names, "--vehicle", "vehicle.toml", "--csv", cwd=place)
