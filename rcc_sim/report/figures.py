@@ -9,7 +9,8 @@ import numpy as np
 
 from rcc_sim.definitions.cycle import Cycle
 from rcc_sim.errors import InputError
-from rcc_sim.report.plots import COLOURS, DASHES, _legend_above, _sheet, _thin
+from rcc_sim.report.lines import extremes
+from rcc_sim.report.plots import COLOURS, DASHES, POINTS, _legend_above, _sheet
 from rcc_sim.report.text import percent
 from rcc_sim.similitude.dimensionless import DimensionlessTrace
 
@@ -31,7 +32,7 @@ def plot_cycles(actual: Cycle, scaled: Cycle, names: tuple[str, str]) -> Figure:
     """Draw a cycle as it is and at the other vehicle's size: together, then alone."""
     figure, (both, alone) = _sheet(2, height=1.9)
     for k, (cycle, name) in enumerate(zip((actual, scaled), names, strict=True)):
-        x, y = _thin(cycle.time_s, cycle.speed_mps)
+        x, y = extremes(cycle.time_s, cycle.speed_mps, POINTS)
         for axis in (both, alone)[: k + 1]:
             axis.plot(x, y, color=COLOURS[k], ls=DASHES[0], lw=1.0, label=name)
             axis.set_xlim(left=cycle.time_s[0])
@@ -69,7 +70,7 @@ def plot_overlay(runs: Mapping[str, DimensionlessTrace]) -> Figure:
                 np.array([row[c] for row in run.rows], dtype=float)
                 for c in ("pi_8_time", column)
             )
-            x, y = _thin(time - time[0], values)
+            x, y = extremes(time - time[0], values, POINTS)
             colour, dash = COLOURS[k % len(COLOURS)], DASHES[k % len(DASHES)]
             axis.plot(x, y, color=colour, ls=dash, lw=1.1)
         axis.set_ylabel(f"{OVERLAID[column]} [1]")

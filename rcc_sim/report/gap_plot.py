@@ -9,7 +9,10 @@ import numpy as np
 from rcc_sim.analyse.gap import Gap
 from rcc_sim.analyse.gap_regimes import REGIMES
 from rcc_sim.analyse.logcheck.finding import runs
-from rcc_sim.report.plots import COLOURS, _sheet, _thin
+from rcc_sim.report.lines import shown
+from rcc_sim.report.plots import COLOURS, POINTS, _sheet
+from rcc_sim.simulate.drive import HOLE
+from rcc_sim.simulate.smooth import interval_of
 from rcc_sim.units import unit_of
 
 if TYPE_CHECKING:
@@ -40,7 +43,7 @@ def plot_gap(gap: Gap) -> Figure:
         name = channel.channel
         both = (("measured", gap.measured[name]), ("simulated", gap.simulated[name]))
         for k, (label, values) in enumerate(both):
-            x, y = _thin(time, values)
+            x, y = shown(time, values, POINTS)
             axis.plot(x, y, label=label, color=COLOURS[k], lw=0.9, zorder=2.5)
         words = name.rsplit("_", 1)[0].replace("_", " ")
         axis.set_ylabel(f"{words} [{unit_of(name)}]")
@@ -61,12 +64,13 @@ def plot_gap(gap: Gap) -> Figure:
 
 def _shade(axis: Axes, gap: Gap) -> None:
     time = gap.measured["time_s"]
+    after = np.minimum(np.append(time[1:], time[-1]), time + HOLE * interval_of(time))
     stretches = []
     for k, regime in enumerate(REGIMES):
         if regime in SHADES:
             starts, ends = runs(gap.kinds == k)
             stretches += [
-                (time[min(b, len(time) - 1)] - time[a], time[a], SHADES[regime], regime)
+                (after[b - 1] - time[a], time[a], SHADES[regime], regime)
                 for a, b in zip(starts, ends, strict=True)
             ]
     stretches.sort(key=lambda s: -s[0])

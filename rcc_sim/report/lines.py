@@ -10,6 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rcc_sim.simulate.drive import HOLE
+from rcc_sim.simulate.smooth import interval_of
+
 Array = NDArray[np.float64]
 
 WHOLE = 1_800_000
@@ -62,6 +65,24 @@ def extremes(x: Array, y: Array, most: int) -> tuple[Array, Array]:
     return x[rows], y[rows]
 
 
+def shown(x: Array, y: Array, most: int) -> tuple[Array, Array]:
+    """Return a log's line as it is drawn: thinned, and cut where rows were lost.
+
+    A hole is a step of the clock longer than HOLE usual ones; the rows at its edges are
+    kept, and a point without a value stands between them.
+    """
+    after = np.flatnonzero(np.diff(x) > HOLE * interval_of(x)) + 1
+    if not 0 < len(after) <= most // 8:
+        return extremes(x, y, most)
+    parts = []
+    for a, b in zip([0, *after], [*after, len(x)], strict=True):
+        share = max(most * int(b - a) // len(x), 4)
+        u, v = extremes(x[a:b], y[a:b], share)
+        parts.append((np.append(u, u[-1]), np.append(v, np.nan)))
+    columns, values = (np.concatenate(part) for part in zip(*parts, strict=True))
+    return columns[:-1], values[:-1]
+
+
 def bounds(lines: list[Line]) -> tuple[float, float]:
     """Return the range of lines with some room, never empty."""
     values = [line.y[np.isfinite(line.y)] for line in lines]
@@ -79,7 +100,7 @@ def path(line: Line, span: tuple[float, float], reach: tuple[float, float]) -> s
     """Return a line as an SVG path; each of COLUMNS keeps its least and greatest."""
     if not len(line.x):
         return ""
-    x, y = extremes(line.x, line.y, 2 * COLUMNS)
+    x, y = shown(line.x, line.y, 2 * COLUMNS)
     scale = WIDTH / ((span[1] - span[0]) or 1.0)
     return _through((x - span[0]) * scale, _down(y, reach))
 
@@ -139,7 +160,7 @@ class Packer:
 
     def pack(self, line: Line) -> dict[str, Any]:
         """Return a line as plain data."""
-        x, y = extremes(line.x, line.y, self.most)
+        x, y = shown(line.x, line.y, self.most)
         good = y[np.isfinite(y)]
         low = float(good.min()) if len(good) else 0.0
         step = (float(good.max()) - low) / LEVELS if len(good) else 0.0

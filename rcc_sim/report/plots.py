@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rcc_sim.analyse.energy import EnergyReport, cumulative_distance, cumulative_energy
 from rcc_sim.errors import InputError
 from rcc_sim.report.channels import title_of
+from rcc_sim.report.lines import extremes, shown
 from rcc_sim.trace import Trace
 from rcc_sim.units import J_PER_WH, unit_of
 
@@ -98,19 +98,19 @@ def plot_run(*traces: Trace, columns: Sequence[str] = ()) -> Figure:
         and not (panel[0] == "Motor torque" and "motor_current_a" in traces[0])
     ]
     figure, axes = _sheet(len(panels), height=1.45, sharex=True)
-    for axis, (title, shown, labels) in zip(axes, panels, strict=True):
+    for axis, (title, names, labels) in zip(axes, panels, strict=True):
         for k, trace in enumerate(traces):
-            for column, label in zip(shown, labels, strict=True):
+            for column, label in zip(names, labels, strict=True):
                 if column in trace and not (k > 0 and label == "reference"):
                     _line(axis, trace, column, label, k)
-        axis.set_ylabel(f"{title} [{unit_of(shown[0])}]")
+        axis.set_ylabel(f"{title} [{unit_of(names[0])}]")
     if len(traces) == 1:
         _legend_above(axes[0], *axes[0].get_legend_handles_labels())
     else:
         driven = [line for line in axes[0].lines if line.get_label() == "driven"]
         asked = [x for x in axes[0].lines if x.get_label() == "reference"]
-        names = [trace.name for trace in traces if panels[0][1][0] in trace]
-        _legend_above(axes[0], driven + asked, names + ["reference"] * len(asked))
+        drives = [trace.name for trace in traces if panels[0][1][0] in trace]
+        _legend_above(axes[0], driven + asked, drives + ["reference"] * len(asked))
     axes[-1].set_xlabel("Time [s]")
     figure.suptitle(traces[0].name if len(traces) == 1 else "", x=0.02, ha="left")
     return figure
@@ -144,7 +144,7 @@ def plot_energy(traces: Sequence[Trace], reports: Sequence[EnergyReport]) -> Fig
         distance = cumulative_distance(trace)
         energy = cumulative_energy(trace) / J_PER_WH
         colour, dash = COLOURS[k % len(COLOURS)], DASHES[k % len(DASHES)]
-        x, y = _thin(distance - distance[0], energy - energy[0])
+        x, y = extremes(distance - distance[0], energy - energy[0], POINTS)
         way.plot(x, y, label=reports[k].name, color=colour, ls=dash)
     way.set_xlabel("Distance [m]")
     way.set_ylabel("Battery energy [Wh]")
@@ -185,7 +185,7 @@ def _sink_bars(
 
 
 def _line(axis: Axes, trace: Trace, column: str, label: str, k: int) -> None:
-    x, y = _thin(trace["time_s"], trace[column])
+    x, y = shown(trace["time_s"], trace[column], POINTS)
     reference = label == "reference"
     axis.plot(
         x,
@@ -214,19 +214,3 @@ def _sheet(count: int, *, height: float, **options: Any) -> tuple[Figure, list[A
         **options,
     )
     return figure, list(axes[:, 0])
-
-
-def _thin(
-    x: NDArray[np.float64], y: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return at most about POINTS points; every spike stays."""
-    if len(x) <= POINTS:
-        return x, y
-    size = -(-len(x) // (POINTS // 2))
-    whole = len(x) // size * size
-    blocks = y[:whole].reshape(-1, size)
-    starts = np.arange(0, whole, size)
-    filled = np.where(np.isnan(blocks), 0.0, blocks)
-    keep = np.union1d(starts + filled.argmin(1), starts + filled.argmax(1))
-    keep = np.union1d(keep, [0, len(x) - 1])
-    return x[keep], y[keep]

@@ -19,6 +19,7 @@ from rcc_sim.report.lines import (
     bounds,
     extremes,
     path,
+    shown,
     ticks,
 )
 
@@ -42,6 +43,18 @@ def test_thinning_never_hides_a_spike(seed, rows):
     assert len(thin_x) <= 1_002
     assert thin_x[np.argmax(thin_y)] == x[row]
     assert (thin_y.min(), thin_y.max()) == (y.min(), y.max())
+
+
+@pytest.mark.parametrize("rows", [300, 50_000])
+def test_a_line_is_cut_where_rows_were_lost(rows):
+    x = np.arange(rows) / 100.0
+    x[rows // 3 :] += 7.0
+    y = np.sin(x)
+    at, drawn = shown(x, y, 1_000)
+    cut = np.flatnonzero(np.isnan(drawn))
+    assert len(cut) == 1 and len(at) <= 1_010
+    assert at[cut[0] - 1] == x[rows // 3 - 1] and at[cut[0] + 1] == x[rows // 3]
+    assert path(Line("", "m", x, y), (0.0, x[-1]), (-1.0, 1.0)).count("M") == 2
 
 
 @given(seed=st.integers(0, 10_000))
