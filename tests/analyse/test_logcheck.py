@@ -235,6 +235,16 @@ def test_repeated_stamps_and_missing_ones_are_counted():
     assert len(checked.trace) == len(log) - 6
 
 
+def test_a_logger_that_was_switched_off_lost_no_rows():
+    time = np.arange(400) / 10.0
+    time[200:] += 1800.0
+    time[300:] += 3600.0
+    trace = Trace({"time_s": time, "speed_mps": np.sin(time) + 2.0})
+    (found,) = [f for f in check_log(trace).findings if f.channel == "time_s"]
+    assert found.kind == "pause" and "2 times, up to 3600 s" in found.what
+    assert (found.start_s, found.end_s) == (pytest.approx(1829.9), pytest.approx(5430))
+
+
 def test_a_gap_is_given_with_its_place_and_length():
     log = logged(*CAR)
     t = log["time_s"]

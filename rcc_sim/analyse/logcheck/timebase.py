@@ -26,6 +26,10 @@ LONGEST_STEP = 3.0
 SHORTEST_STEP = 2e-5
 """Median step below which seconds are not believed. [s]"""
 
+PAUSE, GRAVE = 60.0, 25.0
+"""Step of the clock [s] from which on a logger was switched off; usual steps beyond
+which a hole is worth a warning."""
+
 EPOCH = (5e8, 5e9)  # s since 1970: 1985 to 2128
 
 LOST = 0.05
@@ -232,11 +236,17 @@ def _gaps(time: Array, keep: Mask, steps: Array, middle: float) -> list[Finding]
     holes = np.flatnonzero(steps > wide)
     if not len(holes):
         return findings
+    rows = np.flatnonzero(keep)
+    paused = steps[holes] > max(PAUSE, GRAVE * middle)
+    if paused.any():
+        findings.append(_pauses(time, rows, steps, holes[paused]))
+    holes = holes[~paused]
+    if not len(holes):
+        return findings
     lost = float((steps[holes] / middle - 1).sum())
     longest = int(holes[np.argmax(steps[holes])])
-    rows = np.flatnonzero(keep)
     share = lost / (lost + len(steps))
-    grave = share > LOST or steps[longest] > 25 * middle
+    grave = share > LOST or steps[longest] > GRAVE * middle
     start, end = float(time[rows[longest]]), float(time[rows[longest + 1]])
     findings.append(
         Finding(
@@ -252,6 +262,26 @@ def _gaps(time: Array, keep: Mask, steps: Array, middle: float) -> list[Finding]
         )
     )
     return findings
+
+
+def _pauses(
+    time: Array, rows: NDArray[np.intp], steps: Array, at_rows: NDArray[np.intp]
+) -> Finding:
+    """Return the finding of holes that are no loss: a logger that was switched off."""
+    longest = int(at_rows[np.argmax(steps[at_rows])])
+    start, end = float(time[rows[longest]]), float(time[rows[longest + 1]])
+    often = f"{len(at_rows)} times, up to " if len(at_rows) > 1 else ""
+    return Finding(
+        "pause",
+        "time_s",
+        f"stops {often}{steps[longest]:.4g} s: the logger paused, or the file holds "
+        "several drives",
+        f"{at(time, start)}–{at(time, end)} s (row {rows[longest] + 1})",
+        action="nothing is compared meanwhile",
+        severity="warning",
+        start_s=start,
+        end_s=end,
+    )
 
 
 def missing(time: Array, name: str, values: Array) -> list[Finding]:
