@@ -30,6 +30,10 @@ AFTER_ENOUGH, LATERAL_ENOUGH = 30.0, 15.0
 angle that changes, of which a rough road knows nothing: of 264 such drives none had
 one that gained more than 21, or more than 3."""
 
+EXACT = 1e-3
+"""Share of how a channel moves below which no model is exact: over ten hours that is
+more nats than chance leaves in ten minutes."""
+
 CARRIERS = {
     "drag": ("effects.drivetrain_friction.torque_nm", "effects.road_load.a_n"),
     "power": ("effects.auxiliary_load.power_w",),
@@ -62,7 +66,10 @@ MODELLED = ("speed_mps", *AFTER)
 GRIPS = {"time_s": (40, 120), "speed_mps": (16,), "steer_cmd_rad": (16,)}
 """What a grip may follow: a patch is short, and no noise of cornering is slow."""
 
-CHANGES = {"time_s": (4, 8, 16), SINCE_BRAKING: (12,), SINCE_STANDING: (12,)}
+CHANGES = {
+    "time_s": (4, 8, 16), "steer_cmd_rad": (8, 16),
+    SINCE_BRAKING: (12,), SINCE_STANDING: (12,),
+}  # fmt: skip
 """What a cause that was taken as constant may change with, and by how many knots."""
 
 BURST, BURST_ROWS = 1.0, 20
@@ -98,6 +105,8 @@ class Remainder:
         Share of each track in it.
     rivals : tuple of Remainder
         The likeliest by each way of acting, this one among them.
+    inexact : float
+        Nats that a model may leave that is as exact as models are (``EXACT``).
     """
 
     evidence: float
@@ -108,6 +117,7 @@ class Remainder:
     log: int = 0
     shares: Array = field(default_factory=lambda: np.zeros(0))
     rivals: tuple[Remainder, ...] = ()
+    inexact: float = 0.0
 
     def against(self, effect: str, shares: Array) -> float:
         """Nats of what is left in the tracks in which a cause shows itself.
@@ -138,10 +148,12 @@ class Remainder:
 
     @property
     def enough(self) -> float:
-        """Nats that chance may leave."""
+        """Nats that chance, or the model, may leave."""
         if self.acts_as in CORNERING and self.profile is not None:
-            return LATERAL_ENOUGH
-        return AFTER_ENOUGH if self.follows in AFTER else UNKNOWN_ENOUGH
+            chance = LATERAL_ENOUGH
+        else:
+            chance = AFTER_ENOUGH if self.follows in AFTER else UNKNOWN_ENOUGH
+        return max(chance, self.inexact)
 
 
 def clearest(rivals: Iterable[Remainder]) -> Remainder:
@@ -155,8 +167,9 @@ def remainder(
     """Return the likeliest form of what a fit leaves unexplained.
 
     ``constant`` holds effects that the fit takes as constant, and their figures: that
-    one of them changes with time is a form as well. But for a delay: within a row it
-    makes readings smoother or rougher, and that is what would come and go.
+    one of them changes with time, or with the steering, is a form as well. But for a
+    delay: within a row it makes readings smoother or rougher, and that is what would
+    come and go.
     """
     steered = all(p.drive.steered for p in engine.problems)
     forms: list[Callable[[], list[Remainder]]] = []
@@ -170,8 +183,28 @@ def remainder(
         for knob in fit.knobs:
             if knob.key in figures and knob.acts != "rows":
                 forms.append(partial(changing, engine, fit, name, knob))
-    each = [r for found in engine.each(lambda form: form(), forms) for r in found]
+    power = inexactness(engine, fit)
+    each = [
+        replace(r, inexact=float(power @ r.shares)) if len(r.shares) else r
+        for found in engine.each(lambda form: form(), forms)
+        for r in found
+    ]
     return replace(clearest(each), rivals=tuple(each))
+
+
+def inexactness(engine: Engine, fit: Fit) -> Array:
+    """Return the nats of each track of which a model is not exact, as models go.
+
+    EXACT² / 2 · |W (x - mean x)|², x being what is predicted and W whitening it.
+    """
+    nats = []
+    for (log, channel), left, white in zip(
+        engine.tracks, fit.residuals, fit.noise, strict=True
+    ):
+        predicted = engine.problems[log].log[channel] - left
+        moves = np.nan_to_num(predicted - np.nanmean(predicted[white.valid]))
+        nats.append(0.5 * EXACT**2 * float((white(moves) ** 2).sum()))
+    return np.array(nats)
 
 
 def carrier_of(engine: Engine, fit: Fit, name: str) -> str:
@@ -192,7 +225,7 @@ def changing(engine: Engine, fit: Fit, name: str, knob: Knob) -> list[Remainder]
     """Return how a figure of a cause that was taken as constant may change."""
     probe = Probe(engine, fit, knob.key, knob.inward(fit.values[knob.key]))
     found = [likeliest_of(probe, name, {x: n}) for x, n in CHANGES.items()]
-    # a moment after braking no torque is told well: that has to be real
+    # in a bend, or just after braking, no torque is told well: that has to be real
     return [r for r in found if r.follows == "time_s" or r.evidence > UNKNOWN_ENOUGH]
 
 

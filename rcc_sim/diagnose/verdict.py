@@ -38,7 +38,9 @@ both together beside what chance may leave.
 
 In 139 of 143 drives of the blind plant in which what is named acts steadily nothing
 unknown is real, and in all it gains 16 nats beyond its share at most. In 20 in which a
-brake sticks or a drag warms up something is, and it gains 29 to 475.
+brake sticks or a drag warms up something is, and it gains 29 to 475. With the steering
+what is named gains 13 nats at most in 175 such drives, and 40 to 1180 in the nine in
+which a tyre rubs or a rack is not straight.
 """
 
 SHRUNK, NO_ENERGY = 1 / 3, 1.5
