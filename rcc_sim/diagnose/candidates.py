@@ -188,9 +188,8 @@ def candidates_for(
             continue  # it was in the sum that was taken out
         if (only and name not in only) or not applies(first, effect):
             continue
-        stated = effect.sums and name in first.vehicle.effects
-        asked = stated or name in withheld or name in only
-        if (effect.sums or effect.rare) and not asked:
+        asked = name in withheld or name in only
+        if not asked and (effect.rare or not is_whole(first.vehicle, effect)):
             continue
         params = [p for p in effect.params if is_fitted(first, effect, p)]
         searches = tuple(s for p in params if (s := search_of(first, effect, p)).opens)
@@ -215,6 +214,16 @@ def applies(problem: Problem, effect: Effect) -> bool:
     if any(effect.id in known[other].excludes for other in stated):
         return False
     return shows_in(problem, effect.shows_in) and has_needs(vehicle, effect)
+
+
+def is_whole(vehicle: Vehicle, effect: Effect) -> bool:
+    """Tell whether an effect is no sum of others, or one that a vehicle may well be.
+
+    One that the file states; or, of a single figure, of whose parts it states none.
+    """
+    if not effect.sums or effect.id in vehicle.effects:
+        return True
+    return len(effect.params) == 1 and not set(effect.sums) & set(vehicle.effects)
 
 
 def shows_in(problem: Problem, drives: Collection[str]) -> bool:

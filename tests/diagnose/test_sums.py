@@ -49,6 +49,21 @@ def test_the_sum_that_was_withheld_stands_for_its_parts(car, log):
     assert "road_load" not in free
 
 
+def test_an_efficiency_is_sought_where_a_file_states_no_loss_that_it_sums():
+    car = load_vehicle("f1tenth")
+    assert "copper_loss" in car.effects
+    t = np.arange(0.0, 20.0, 0.1)
+    seen = {"time_s": t, "speed_mps": 5 + t / 4, "battery_power_w": 1e3 * t}
+
+    def sought(vehicle):
+        log = Trace(seen)
+        problem = Problem(vehicle, log, drive_of(log, vehicle))
+        return {c.effect for c in candidates_for([problem])}
+
+    assert "motor_efficiency" not in sought(car)
+    assert "motor_efficiency" in sought(car.changed(without=("copper_loss",)))
+
+
 def found_in(car, log, rows, path):
     rows = np.column_stack([x[:rows] for x in log.columns.values()])
     np.savetxt(path, rows, delimiter=",", header=",".join(log.columns), comments="")
