@@ -241,7 +241,7 @@ def _only(
     mine = {k for c in causes for k in c.keys}
     acting = found.engine if any(c.profiles for c in causes) else engine
     kept = [k for k in fit.knobs if k.key in mine or np.isfinite(k.sd)]
-    keys = {k.key for k in kept}
+    keys = {k.key for k in kept} | mine  # what a profile holds is none of the fit's
     kept += [k for k in found.null.knobs if k.key not in keys]
     known = found.null.values | fit.values if causes else found.null.values
     start = {k.key: known.get(k.key, k.value) for k in kept}

@@ -116,6 +116,21 @@ def test_causes_that_stay_are_fitted_again_from_where_all_stood(monkeypatch):
     assert begun == [all_of.values, null.values]
 
 
+def test_what_a_profile_holds_is_not_fitted_again_beside_it(monkeypatch):
+    """A stated load that the tolerances had pulled up would come on top of it."""
+    mass = Knob("body.mass_kg", 1500.0, 50.0)
+    power = Knob("effects.auxiliary_load.power_w", 524.0, 60.0)
+    null = Fit({mass.key: 1500.0, power.key: 1378.0}, (mass, power), 0, 0, [], [])
+    drag = Knob("effects.payload.mass_kg", 0)
+    both = Fit({mass.key: 1490.0, drag.key: 80.0}, (mass, drag), 0, 0, [], [])
+    found = SimpleNamespace(null=null, engine=None)
+    heater = Cause("auxiliary_load", (power.key,), 900.0, profiles={0: None})
+    begun = []
+    monkeypatch.setattr(descent, "fit", lambda _, start, knobs: begun.append(start))
+    _only(None, found, both, [heater])
+    assert begun == [{mass.key: 1490.0}]
+
+
 def test_what_is_left_decides_where_nothing_is_named():
     assert status_of([], NOTHING, 50.0, 50.0) == "no_gap"
     assert status_of([], SOMETHING) == "unexplained"
