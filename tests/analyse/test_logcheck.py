@@ -8,10 +8,12 @@ from drives import CAR, ROVER, SEDAN, SOUND, TRUCK, driven, logged, with_fault
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rcc_sim.analyse.logcheck import check_log
+from rcc_sim.analyse.logcheck import check_log, check_reading
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.verdict import battery_of_another
 from rcc_sim.errors import InputError
+from rcc_sim.readers.car import ratios
+from rcc_sim.readers.log import Log
 from rcc_sim.trace import Trace
 
 FEW = [CAR, ROVER, TRUCK, SEDAN]
@@ -243,6 +245,27 @@ def test_a_logger_that_was_switched_off_lost_no_rows():
     (found,) = [f for f in check_log(trace).findings if f.channel == "time_s"]
     assert found.kind == "pause" and "2 times, up to 3600 s" in found.what
     assert (found.start_s, found.end_s) == (pytest.approx(1829.9), pytest.approx(5430))
+
+
+@pytest.mark.parametrize(("times", "mend"), [(1.0, None), (2.0, 0.5), (0.5, 2.0)])
+def test_poles_taken_for_pole_pairs_are_told_from_a_speed_in_miles(times, mend):
+    """A log whose speed is the motor's ERPM alone."""
+    car = load_vehicle(CAR[0])
+    log = logged(*CAR)
+    erpm = times * log["speed_mps"] * ratios(car).radps_per_mps
+    columns = {
+        n: v
+        for n, v in log.columns.items()
+        if not n.startswith(("speed_mps", "motor_speed"))
+    }
+    columns["motor_speed_erpm"] = np.round(erpm * ratios(car).erpm_per_radps)
+    checked = check_reading(Log(Trace(columns, name="log"), "rccsim"), car)
+    wrong = [(f.kind, f.channel, f.factor) for f in grave(checked)]
+    assert wrong == (
+        []
+        if mend is None
+        else [("poles", "speed_mps", mend), ("poles", "motor_speed_radps", mend)]
+    )
 
 
 def test_a_gap_is_given_with_its_place_and_length():

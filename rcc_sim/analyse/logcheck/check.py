@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -37,7 +38,14 @@ from rcc_sim.analyse.logcheck.glitches import (
 from rcc_sim.analyse.logcheck.relations import means, relations
 from rcc_sim.analyse.logcheck.rest import biases, late_commands
 from rcc_sim.analyse.logcheck.timebase import TimeBase, missing, time_base
-from rcc_sim.analyse.logcheck.units import blame, by_size, geared, net_sign, unsigned
+from rcc_sim.analyse.logcheck.units import (
+    blame,
+    by_size,
+    follows_erpm,
+    geared,
+    net_sign,
+    unsigned,
+)
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
 from rcc_sim.trace import Trace
@@ -220,10 +228,20 @@ def _together(
         for name, values in columns.items()
         if name != "time_s" and not is_constant(values)
     }
+    twin = follows_erpm("speed_mps", live) and follows_erpm("motor_speed_radps", live)
+    if twin:  # one reading, told twice
+        del live["motor_speed_radps"]
     clocks = offsets(seconds, live)
     windows = means(seconds, live)
     known = relations(windows, vehicle)
     findings = _in_step(blame(known, _timed(live), vehicle), clocks) + clocks
+    if twin:
+        what = "is wrong as speed_mps is: both are of motor_speed_erpm"
+        findings += [
+            replace(f, channel="motor_speed_radps", what=what)
+            for f in findings
+            if f.channel == "speed_mps" and f.severity == "error"
+        ]
     wrong = [f.channel for f in findings if f.severity == "error"]
     told = {name for r in known if r.loose < SURE for name in r.powers}
     findings += by_size(live, [*wrong, *told])

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 from rcc_sim.analyse.logcheck.check import check_log
 from rcc_sim.analyse.logcheck.finding import ORDER, Checked, Finding
 from rcc_sim.analyse.logcheck.one_clock import one_clock
 from rcc_sim.analyse.stale import refreshed
 from rcc_sim.definitions.vehicle import Vehicle
-from rcc_sim.readers import Log
+from rcc_sim.errors import InputError
+from rcc_sim.readers import Log, with_vehicle
 
 
 def check_reading(reading: Log, vehicle: Vehicle | None = None) -> Checked:
@@ -25,6 +28,9 @@ def check_reading(reading: Log, vehicle: Vehicle | None = None) -> Checked:
     InputError
         As :func:`check_log` does.
     """
+    if vehicle is not None:
+        with suppress(InputError):  # it does not state wheel, gear or poles
+            reading = with_vehicle(reading, vehicle)
     trace, clocks = one_clock(reading.trace)
     checked = check_log(trace, vehicle)
     _, held = refreshed(checked.trace)

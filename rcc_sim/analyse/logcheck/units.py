@@ -18,7 +18,7 @@ class Mistake(NamedTuple):
     """A factor that a channel is often wrong by, and what people call it."""
 
     channel: str
-    kind: str  # unit or sign
+    kind: str  # unit, sign or poles
     factor: float
     words: str
     prior: float  # the smaller, the less usual
@@ -64,8 +64,13 @@ and how far what it should be must, to count as braking. Correlation that is ask
 def mistakes(columns: Columns, vehicle: Vehicle | None) -> list[Mistake]:
     """Return what the channels of this log may be wrong by."""
     out = []
+    by_poles = follows_erpm("speed_mps", columns)
+    if by_poles:
+        out += _counted(vehicle.motor.poles if vehicle else None)
     for name, units in UNITS.items():
         if name not in columns or _size(columns[name]) < LARGE.get(name, 0.0):
+            continue
+        if name == "speed_mps" and by_poles:
             continue
         for rank, (factor, words) in enumerate(units):
             out.append(Mistake(name, "unit", factor, words, 1.0 - 0.2 * rank))
@@ -101,6 +106,35 @@ def _electrical(poles: int | None) -> list[Mistake]:
     if poles is not None and poles > 2:
         out.append(Mistake(name, "unit", poles / 2, "electrical rad/s", 0.8))
     return out
+
+
+def _counted(poles: int | None) -> list[Mistake]:
+    """Return what a speed from ERPM is wrong by where poles are taken for pairs."""
+    told = {2.0: "twice", 0.5: "half"}
+    pairs = (poles or 2) // 2
+    factors = {2.0: 1.0, 0.5: 0.9} | ({1 / pairs: 0.8} if pairs > 2 else {})
+    return [
+        Mistake(
+            "speed_mps",
+            "poles",
+            factor,
+            f"{told.get(factor, f'1/{pairs} of')} what it should be: poles taken for "
+            "pole pairs, or for none, in motor_speed_erpm or in the file's motor.poles",
+            prior,
+        )
+        for factor, prior in factors.items()
+    ]
+
+
+def follows_erpm(name: str, columns: Columns) -> bool:
+    """Tell whether a channel is the log's ERPM times a constant."""
+    if name not in columns or "motor_speed_erpm" not in columns:
+        return False
+    x, erpm = (sampled(columns[c]) for c in (name, "motor_speed_erpm"))
+    known = np.isfinite(x) & np.isfinite(erpm)
+    x, erpm = x[known], erpm[known]
+    times = float(x @ erpm) / (float(erpm @ erpm) or 1.0)
+    return bool(len(x)) and bool(np.allclose(x, times * erpm, rtol=1e-6, atol=0.0))
 
 
 GEARED = 0.03
@@ -200,7 +234,7 @@ def _finding(
         and r.allows(_expected(r, trial))
         and not r.allows(_expected(r, factors))
     ]
-    verb = "has" if mistake.kind == "sign" else "is in"
+    verb = {"sign": "has", "unit": "is in"}.get(mistake.kind, "is")
     what = f"{verb} {mistake.words}"
     seen = "; ".join(f"{r.what}: {_factor(r)}" for r in witness[:2])
     what += f" ({seen})"
@@ -213,6 +247,8 @@ def _finding(
     action = f"{DROPPED}; to mend it, convert with --map, factor {mend:.6g}"
     if mistake.kind == "unit" and any("motor_speed_radps" in r.powers for r in witness):
         action += ", unless the vehicle file's gear, tyre or poles are another car's"
+    if mistake.kind == "poles":
+        action += " of motor_speed_erpm"
     return Finding(
         mistake.kind,
         mistake.channel,
