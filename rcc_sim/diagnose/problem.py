@@ -38,6 +38,10 @@ CHANNELS = (
 )
 """Columns by which model and log are compared, where the log has them."""
 
+VOLTAGE, CURRENT = "battery_voltage_v", "battery_current_a"
+RESISTANCE = "effects.battery_resistance.resistance_ohm"
+"""A battery's terminals, and what lies between them."""
+
 SINCE_BRAKING, SINCE_STANDING = "since_braking_s", "since_standing_s"
 
 BRAKED, SLIGHT = 1.0, 0.02
@@ -104,10 +108,9 @@ class Problem:
         ]
         if self.drive.imposed and "speed_mps" in found:
             found.remove("speed_mps")
-        apart = {"battery_current_a", "battery_voltage_v"}
         if not self.knows_voltage and "battery_power_w" in found:
-            found = [c for c in found if c not in apart]
-        elif "battery_current_a" in found and "battery_power_w" in found:
+            found = [c for c in found if c not in (CURRENT, VOLTAGE)]
+        elif CURRENT in found and "battery_power_w" in found:
             found.remove("battery_power_w")
         if "motor_current_a" in found and TORQUE in found:
             found.remove(TORQUE)
@@ -154,9 +157,18 @@ class Problem:
         return out | {"time_s": self.log["time_s"]}
 
     def residuals(self, figures: dict[str, float], coarse: bool = False) -> list[Array]:
-        """Measured minus predicted, per channel."""
+        """Measured minus predicted, per channel.
+
+        A voltage by the current that flowed, u_0 - R i, where both were measured: the
+        model's own errs with the drive, and would make a resistance look smaller.
+        """
         out = self.predict(figures, coarse)
-        return [self.log[c] - out[c] for c in self.channels]
+        left = {c: self.log[c] - out[c] for c in self.channels}
+        if {VOLTAGE, CURRENT} <= left.keys():
+            stated = self.vehicle.figures().get(RESISTANCE)
+            ohm = figures.get(RESISTANCE, stated.value if stated else 0.0)
+            left[VOLTAGE] = left[VOLTAGE] + ohm * np.nan_to_num(left[CURRENT])
+        return list(left.values())
 
     @cached_property
     def shapes(self) -> dict[str, Shape]:

@@ -1,8 +1,8 @@
 """What may be a little off in a log without being a cause, by what it does to channels.
 
 Each is a shape for every channel that is compared, which a fit adds in some size: the
-drag of bends that a driver makes up for late, readings that are not of their row's own
-time, sensors that read too much.
+drag of bends that a driver makes up for late, load that moves between the axles,
+readings that are not of their row's own time, sensors that read too much.
 """
 
 from __future__ import annotations
@@ -17,7 +17,9 @@ from rcc_sim.analyse.gap_regimes import moving_mean
 from rcc_sim.analyse.heading import TURN_RATE
 from rcc_sim.analyse.offsets import scale_sd
 from rcc_sim.definitions.sensors import INERTIAL
+from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.simulate.spans import CLOSE, FLOWS
+from rcc_sim.units import G
 
 if TYPE_CHECKING:
     from rcc_sim.diagnose.problem import Problem
@@ -51,6 +53,15 @@ A_LITTLE = 0.01
 
 SCALE = ".scale"
 
+USUAL_HEIGHT = 0.3
+"""Height of a centre of gravity in wheelbases, where a file states none."""
+
+STIFFNESS = (
+    "effects.front_cornering_stiffness.scale",
+    "effects.rear_cornering_stiffness.scale",
+)
+"""By what the model's axles are made stiffer in cornering."""
+
 
 class Shape(NamedTuple):
     """What size 1 adds to each channel that is compared, and one sd of the size."""
@@ -63,6 +74,9 @@ def shapes_of(problem: Problem) -> dict[str, Shape]:
     """Return all that may be a little off in a log, by name."""
     off = {name: Shape(x, BEND_SHARE) for name, x in bends_of(problem).items()}
     off |= {name: Shape(x, OFF_THE_ROW) for name, x in late_of(problem).items()}
+    moved = load_transfer_of(problem)
+    if moved:
+        off["load_transfer"] = Shape(moved, height_of(problem.vehicle))
     for column, tracks in scaled_of(problem).items():
         sd = scale_sd(problem.vehicle, column)
         if sd > 0:
@@ -96,6 +110,36 @@ def bends_of(problem: Problem) -> dict[str, list[Array]]:
         "bend": [-x for x in drag],
         "bend_late": [np.convolve(x, late)[: len(x)] for x in drag],
     }
+
+
+def load_transfer_of(problem: Problem) -> list[Array]:
+    """What the load that moves between the axles does to each channel, per height.
+
+    C_F ~ 1 - a_x h / (g l_R), C_R ~ 1 + a_x h / (g l_F), as in CommonRoad's
+    single-track model: a planar bicycle's axles stay as stiff. Per unit of h / l, l the
+    wheelbase.
+    """
+    steered = problem.drive.steered and set(LATERAL) & set(problem.channels)
+    if not steered or problem.charge is not None:
+        return []
+    body, wheelbase = problem.vehicle.body, problem.vehicle.wheelbase
+    felt = np.nan_to_num(problem.nominal["accel_x_mps2"]) / G
+    arms = body.cg_to_rear_axle_m.value, -body.cg_to_front_axle_m.value
+    told = [np.zeros(len(felt)) for _ in problem.channels]
+    for key, arm in zip(STIFFNESS, arms, strict=True):
+        stated = problem.vehicle.figures().get(key)
+        scale = stated.value if stated else 1.0
+        out = problem.predict({key: scale * (1 + A_LITTLE)})
+        for i, c in enumerate(problem.channels):
+            per = np.nan_to_num(out[c] - problem.nominal[c]) / A_LITTLE
+            told[i] -= per * felt * wheelbase / arm
+    return told
+
+
+def height_of(vehicle: Vehicle) -> float:
+    """Return the height of the centre of gravity as a share of the wheelbase."""
+    height = vehicle.body.cg_height_m
+    return height.value / vehicle.wheelbase if height else USUAL_HEIGHT
 
 
 def late_of(problem: Problem) -> dict[str, list[Array]]:
