@@ -133,10 +133,10 @@ def compete(
             current = both[0].fit
             for one in two:
                 ranking[one.effect] = max(ranking.get(one.effect, 0.0), one.gain)
-                causes = taken_in(causes, replace(one, screened=constant))
+                causes = taken_in(causes, replace(one, screened=held))
             causes, current = with_all_figures(engine, current, causes, candidates)
             continue
-        causes = taken_in(causes, replace(one, screened=constant))
+        causes = taken_in(causes, replace(one, screened=held))
         current = descent.fit(engine, best.fit.values, best.fit.knobs, best.fit.noise)
         causes, current = with_all_figures(engine, current, causes, candidates)
     told("leaving out what is not needed")

@@ -22,16 +22,13 @@ Array = NDArray[np.float64]
 TOO_FAR = 3.0
 """Standard deviations beyond which a tolerance that is pulled stands for a cause."""
 
-AFRESH = 10
-"""Candidates that are screened once more beside the figures that the file states."""
+AFRESH, BEGUN = 10, 6
+"""Candidates that are screened once more beside the figures that the file states; and
+how many are refined from there: so far away the screen is not exact to a half."""
 
 PROMISING, FOLLOWED = 18.0, 2
 """Nats that a slope must promise for a candidate to be followed along its curve; and
 how many are, those that promise most."""
-
-LEVEL = 0.9
-"""Share of the most that one of the others may promise to be followed afresh as well:
-from so far the screen is not exact to a tenth."""
 
 
 def screened(
@@ -159,6 +156,4 @@ def afresh(
         return begun(r.candidate, r.values, fit, now, along_now)
 
     best = sorted((r for r in again if r.values), key=lambda r: -r.gain)
-    level = [r for r in best if r.gain > LEVEL * best[0].gain]
-    best = max(best[:FOLLOWED], level[: 2 * FOLLOWED], key=len)
-    return [pair for pair in engine.each(one, best) if pair]
+    return [pair for pair in engine.each(one, best[:BEGUN]) if pair]
