@@ -4,15 +4,54 @@ from __future__ import annotations
 
 from rcc_sim.analyse.logcheck.finding import Finding
 from rcc_sim.diagnose.fit import Fit
-from rcc_sim.diagnose.knobs import scale_key
-from rcc_sim.diagnose.shapes import ALTIMETER
+from rcc_sim.diagnose.knobs import BIAS, scale_key
+from rcc_sim.diagnose.shapes import ALTIMETER, SCALE
 from rcc_sim.diagnose.verdict import TOLERATED
 
 NOTHING = 0.25
 """Share of what an altimeter shows below which next to nothing was felt of it."""
 
 
+GAINED = 3.0
+"""Standard deviations of a sensor's gain from which on it is told."""
+
+
 def misread(fit: Fit, log: int = 0) -> tuple[Finding, ...]:
+    """Return what to say of the sensors of a log that the rest of it contradicts."""
+    return climbs(fit, log) + gains(fit, log)
+
+
+def gains(fit: Fit, log: int = 0) -> tuple[Finding, ...]:
+    """Return the sensors that a fit takes to read too much, or too little."""
+    found = []
+    for knob in fit.knobs:
+        column = column_of(knob.key, log)
+        pull = fit.values[knob.key] / knob.sd if column else 0.0
+        if column == ALTIMETER or abs(pull) < GAINED:
+            continue
+        times = 1 + fit.values[knob.key]
+        found.append(
+            Finding(
+                "misread",
+                column,
+                f"reads {times:.3g} times what the rest of the log says "
+                f"({pull:+.1f} sd of its gain)",
+                action="the fit takes it so; [sensors] scale_sd states how far it may "
+                "be off",
+                severity="warning",
+                factor=round(1 / times, 4),
+            )
+        )
+    return tuple(found)
+
+
+def column_of(key: str, log: int) -> str:
+    """Return the column of a gain of a sensor of a log; empty of any other figure."""
+    column = key.removeprefix(f"{BIAS}{log}.").removesuffix(SCALE)
+    return column if key == scale_key(log, column) else ""
+
+
+def climbs(fit: Fit, log: int = 0) -> tuple[Finding, ...]:
     """Return what to say of an altimeter whose climbs were not those of the road.
 
     The model has them by the share that power, torque and accelerometer felt: none

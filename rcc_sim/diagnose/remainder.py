@@ -66,8 +66,10 @@ MODELLED = ("speed_mps", *AFTER)
 GRIPS = {"time_s": (40, 120), "speed_mps": (16,), "steer_cmd_rad": (16,)}
 """What a grip may follow: a patch is short, and no noise of cornering is slow."""
 
+STEERING = "steer_cmd_rad"
+
 CHANGES = {
-    "time_s": (4, 8, 16), "steer_cmd_rad": (8, 16),
+    "time_s": (4, 8, 16), STEERING: (8, 16),
     SINCE_BRAKING: (12,), SINCE_STANDING: (12,),
 }  # fmt: skip
 """What a cause that was taken as constant may change with, and by how many knots."""
@@ -202,7 +204,8 @@ def inexactness(engine: Engine, fit: Fit) -> Array:
         engine.tracks, fit.residuals, fit.noise, strict=True
     ):
         predicted = engine.problems[log].log[channel] - left
-        moves = np.nan_to_num(predicted - np.nanmean(predicted[white.valid]))
+        level = float(np.mean(predicted[white.valid])) if white.valid.any() else 0.0
+        moves = np.nan_to_num(predicted - level)
         nats.append(0.5 * EXACT**2 * float((white(moves) ** 2).sum()))
     return np.array(nats)
 
@@ -222,9 +225,14 @@ def acting_as(engine: Engine, fit: Fit, name: str, key: str) -> list[Remainder]:
 
 
 def changing(engine: Engine, fit: Fit, name: str, knob: Knob) -> list[Remainder]:
-    """Return how a figure of a cause that was taken as constant may change."""
+    """Return how a figure of a cause that was taken as constant may change.
+
+    A sensor's not with the steering: an offset that follows the steering is a gain.
+    """
     probe = Probe(engine, fit, knob.key, knob.inward(fit.values[knob.key]))
-    found = [likeliest_of(probe, name, {x: n}) for x, n in CHANGES.items()]
+    sensor = engine.problems[0].vehicle.known[name].sensor
+    follows = {x: n for x, n in CHANGES.items() if not (sensor and x == STEERING)}
+    found = [likeliest_of(probe, name, {x: n}) for x, n in follows.items()]
     # in a bend, or just after braking, no torque is told well: that has to be real
     return [r for r in found if r.follows == "time_s" or r.evidence > UNKNOWN_ENOUGH]
 

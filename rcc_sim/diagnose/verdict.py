@@ -16,7 +16,7 @@ from rcc_sim.diagnose.cause import ENOUGH, Cause
 from rcc_sim.diagnose.compete import Explanation, shares_of
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
-from rcc_sim.diagnose.knobs import Knob
+from rcc_sim.diagnose.knobs import RADIUS, Knob
 from rcc_sim.diagnose.remainder import Remainder
 from rcc_sim.diagnose.screen import CLOSER, TICK
 from rcc_sim.physics.effect import Effect
@@ -206,11 +206,16 @@ def battery_of_another(findings: Iterable[Finding]) -> str:
 
 
 def moved(fit: Fit, stated: Collection[str]) -> dict[str, float]:
-    """Stated figures that a fit moved by their sds or more, in sds, farthest first."""
+    """Stated figures that a fit moved by their sds or more, in sds, farthest first.
+
+    A wheel's radius is moved by its scale, where the file states none.
+    """
+    told = {key: key for key in stated}
+    told.setdefault(RADIUS, "tyres.radius_m")
     pulls = {
-        k.key: (fit.values[k.key] - k.value) / k.sd
+        told[k.key]: (fit.values[k.key] - k.value) / k.sd
         for k in fit.knobs
-        if k.key in stated and isfinite(k.sd)
+        if k.key in told and isfinite(k.sd)
     }
     far = sorted((k for k in pulls if abs(pulls[k]) >= 1), key=lambda k: -abs(pulls[k]))
     return {key: pulls[key] for key in far}

@@ -118,3 +118,15 @@ def test_a_road_is_as_steep_as_it_was_felt():
     for c, per_unit in zip(problem.channels, shape.tracks, strict=True):
         off = np.nan_to_num(level[c] - whole[c])
         assert per_unit == pytest.approx(off, abs=0.02 * np.abs(off).max() + 1e-9)
+
+
+def test_a_torque_that_reads_too_much_is_told():
+    """An inverter that says 15 % more than it does, beside a battery and a mass."""
+    torque = 1.15 * RUN["motor_torque_nm"]
+    fit = tolerances(seen(**climbs() | {"motor_torque_nm": torque}))
+    told = [f for f in misread(fit) if f.channel == "motor_torque_nm"]
+    scale = fit.values["bias.0.motor_torque_nm.scale"]
+    assert scale > 0.09
+    (finding,) = told
+    assert finding.factor == pytest.approx(1 / (1 + scale), abs=1e-3)
+    assert "scale_sd" in finding.action

@@ -22,6 +22,7 @@ from rcc_sim.diagnose.verdict import (
     Asserted,
     ends_early,
     estimates,
+    moved,
     probability,
     proves_nothing,
     ranking,
@@ -114,6 +115,14 @@ def test_causes_that_stay_are_fitted_again_from_where_all_stood(monkeypatch):
     _only(None, found, all_of, [])
     # a load of -690 kg beside a mass of 300 kg is no vehicle
     assert begun == [all_of.values, null.values]
+
+
+def test_a_radius_that_moved_is_told_by_its_own_name():
+    scale = Knob("effects.wheel_radius.scale", 1.0, 0.01)
+    fit = Fit({scale.key: 0.976}, (scale,), 0, 0, [], [])
+    assert moved(fit, ["tyres.radius_m"]) == {"tyres.radius_m": pytest.approx(-2.4)}
+    named = Fit({scale.key: 0.976}, (replace(scale, sd=np.inf),), 0, 0, [], [])
+    assert moved(named, ["tyres.radius_m"]) == {}
 
 
 def test_what_a_profile_holds_is_not_fitted_again_beside_it(monkeypatch):
