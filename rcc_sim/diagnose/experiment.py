@@ -9,8 +9,8 @@ from math import inf, log
 from rcc_sim.diagnose.bench import Bench, Nats
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
-from rcc_sim.diagnose.knobs import neutral_of
 from rcc_sim.diagnose.menu import Run
+from rcc_sim.diagnose.problem import neutral_of
 from rcc_sim.diagnose.ties import Rival
 from rcc_sim.diagnose.verdict import Asserted
 from rcc_sim.errors import InputError

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import exp, inf, isfinite
+from math import exp, inf
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,6 @@ from rcc_sim.definitions.figure import Z_90
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.shapes import SCALE
-from rcc_sim.physics.effects import EFFECTS
 
 Array = NDArray[np.float64]
 
@@ -243,10 +242,3 @@ def figures_of(values: Mapping[str, float], log: int | None = None) -> dict[str,
     return of_all | {
         k.removeprefix(own): x for k, x in values.items() if k.startswith(own)
     }
-
-
-def neutral_of(key: str) -> float:
-    """Value of a figure at which its effect vanishes; 0 where that is infinite."""
-    _, name, param = key.split(".")
-    neutral = EFFECTS[name].param(param).neutral if name in EFFECTS else 0.0
-    return neutral if isfinite(neutral) else 0.0

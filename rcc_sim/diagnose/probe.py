@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
-from rcc_sim.diagnose.knobs import Knob, neutral_of
+from rcc_sim.diagnose.knobs import Knob
 from rcc_sim.diagnose.noise import (
     Whitener,
     fit_whitener,
@@ -50,7 +50,7 @@ class Probe:
         self.engine, self.fit, self.key = engine, fit, key
         self._white: dict[int, Array] = {}
         self._without: dict[int, float] = {}
-        base = fit.values.get(key, stated(engine, key))
+        base = fit.values.get(key, engine.problems[0].stated(key))
         start = engine.residuals(fit.values, coarse=True)
         size, moved = engine.aside(fit.values | {key: base}, Knob(key, base), size)
         pairs = zip(moved, start, strict=True)
@@ -251,12 +251,6 @@ class Probe:
             if now.evidence > best.evidence:
                 best = now
         return best
-
-
-def stated(engine: Engine, key: str) -> float:
-    """Return what the vehicle file says of a figure, or what it is without."""
-    figure = engine.problems[0].vehicle.figures().get(key)
-    return figure.value if figure else neutral_of(key)
 
 
 def probe_size(engine: Engine, key: str) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import inf
+from math import inf, isfinite
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from rcc_sim.analyse.gap_stages import torqued, untorqued
 from rcc_sim.analyse.heading import TURN_RATE, turn_rate
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.shapes import LATERAL, TORQUE, Shape, shapes_of
+from rcc_sim.physics.effects import EFFECTS
 from rcc_sim.physics.step import SLIP_BLEND
 from rcc_sim.simulate.drive import Drive, integral_of, is_surveyed
 from rcc_sim.simulate.replay import replay
@@ -165,10 +166,14 @@ class Problem:
         out = self.predict(figures, coarse)
         left = {c: self.log[c] - out[c] for c in self.channels}
         if {VOLTAGE, CURRENT} <= left.keys():
-            stated = self.vehicle.figures().get(RESISTANCE)
-            ohm = figures.get(RESISTANCE, stated.value if stated else 0.0)
+            ohm = figures.get(RESISTANCE, self.stated(RESISTANCE))
             left[VOLTAGE] = left[VOLTAGE] + ohm * np.nan_to_num(left[CURRENT])
         return list(left.values())
+
+    def stated(self, key: str) -> float:
+        """Return what the vehicle file says of a figure, or what it is without."""
+        figure = self.vehicle.figures().get(key)
+        return figure.value if figure else neutral_of(key)
 
     @cached_property
     def shapes(self) -> dict[str, Shape]:
@@ -349,3 +354,10 @@ def by_motion(problem: Problem) -> Problem:
     if not problem.drive.imposed:
         return problem
     return replace(problem, drive=untorqued(problem.drive))
+
+
+def neutral_of(key: str) -> float:
+    """Value of a figure at which its effect vanishes; 0 where that is infinite."""
+    _, name, param = key.split(".")
+    neutral = EFFECTS[name].param(param).neutral if name in EFFECTS else 0.0
+    return neutral if isfinite(neutral) else 0.0

@@ -17,7 +17,7 @@ from rcc_sim.diagnose.noise import log_density
 from rcc_sim.diagnose.probe import Probe, probe_size
 from rcc_sim.diagnose.problem import SINCE_BRAKING, SINCE_STANDING
 from rcc_sim.diagnose.profile import Profile, overlap
-from rcc_sim.diagnose.shapes import LATERAL
+from rcc_sim.diagnose.shapes import LATERAL, STIFFNESS
 
 Array = NDArray[np.float64]
 
@@ -34,11 +34,13 @@ EXACT = 1e-3
 """Share of how a channel moves below which no model is exact: over ten hours that is
 more nats than chance leaves in ten minutes."""
 
+STEERING = "steer_cmd_rad"
+
 CARRIERS = {
     "drag": ("effects.drivetrain_friction.torque_nm", "effects.road_load.a_n"),
     "power": ("effects.auxiliary_load.power_w",),
     "steer": ("effects.steering_offset.angle_rad",),
-    "grip": ("effects.front_cornering_stiffness.scale",),
+    "grip": (STIFFNESS[0],),
 }
 """How something unknown may act: as a drag, a power, an angle of the wheels, a grip
 that changes; and the figure by which the model is made to do so (the second, where a
@@ -53,7 +55,7 @@ ITSELF = {"auxiliary_load": "power"}
 FOLLOWS: dict[str, tuple[int, ...]] = {
     "time_s": (25, 40),
     "speed_mps": (16,),
-    "steer_cmd_rad": (16,),
+    STEERING: (16,),
     SINCE_BRAKING: (12, 24),
     SINCE_STANDING: (12, 24),
 }
@@ -63,10 +65,8 @@ AFTER = (SINCE_BRAKING, SINCE_STANDING)
 MODELLED = ("speed_mps", *AFTER)
 """Those of them that the model knows where the log has no such column."""
 
-GRIPS = {"time_s": (40, 120), "speed_mps": (16,), "steer_cmd_rad": (16,)}
+GRIPS = {"time_s": (40, 120), "speed_mps": (16,), STEERING: (16,)}
 """What a grip may follow: a patch is short, and no noise of cornering is slow."""
-
-STEERING = "steer_cmd_rad"
 
 CHANGES = {
     "time_s": (4, 8, 16), STEERING: (8, 16),

@@ -7,6 +7,7 @@ readings that are not of their row's own time, sensors that read too much.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -127,13 +128,10 @@ def load_transfer_of(problem: Problem) -> list[Array]:
     arms = body.cg_to_rear_axle_m.value, -body.cg_to_front_axle_m.value
     told = [np.zeros(len(felt)) for _ in problem.channels]
     for key, arm in zip(STIFFNESS, arms, strict=True):
-        stated = problem.vehicle.figures().get(key)
-        scale = stated.value if stated else 1.0
-        out = problem.predict({key: scale * (1 + A_LITTLE)})
-        for i, c in enumerate(problem.channels):
-            per = np.nan_to_num(out[c] - problem.nominal[c]) / A_LITTLE
-            told[i] -= per * felt * wheelbase / arm
-    return told
+        out = problem.predict({key: problem.stated(key) * (1 + A_LITTLE)})
+        per = per_little(problem, out)
+        told = [x - y * felt * wheelbase / arm for x, y in zip(told, per, strict=True)]
+    return [np.nan_to_num(x) for x in told]
 
 
 def height_of(vehicle: Vehicle) -> float:
@@ -191,15 +189,17 @@ def scaled_of(problem: Problem) -> dict[str, list[Array]]:
     for column in (c for c in channels if c in INERTIAL):
         found[column] = [nominal[c] * (c == column) for c in channels]
 
-    def per_unit(less: Problem) -> list[Array]:
-        out = less.predict({})
-        return [(out[c] - nominal[c]) / A_LITTLE for c in channels]
-
     if problem.drive.imposed and TORQUE in channels:
-        told = per_unit(problem.by_true_torque(A_LITTLE))
+        told = per_little(problem, problem.by_true_torque(A_LITTLE).predict({}))
         told[channels.index(TORQUE)] = nominal[TORQUE]
         found[TORQUE] = told
     _, slope = problem.drive.road
     if problem.surveyed and slope.any():
-        found[ALTIMETER] = per_unit(problem.by_felt_road(A_LITTLE))
+        felt = problem.by_felt_road(A_LITTLE).predict({})
+        found[ALTIMETER] = per_little(problem, felt)
     return found
+
+
+def per_little(problem: Problem, out: Mapping[str, Array]) -> list[Array]:
+    """Return what ``A_LITTLE`` more of something does to each channel, per unit."""
+    return [(out[c] - problem.nominal[c]) / A_LITTLE for c in problem.channels]

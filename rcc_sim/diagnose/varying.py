@@ -19,7 +19,7 @@ from rcc_sim.diagnose.cause import (
 from rcc_sim.diagnose.engine import MEMORY, Engine
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import Knob, own_key
-from rcc_sim.diagnose.probe import Probe, probe_size, stated
+from rcc_sim.diagnose.probe import Probe, probe_size
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.profile import Profile, acted_on
 from rcc_sim.diagnose.starts import TOO_FAR
@@ -191,7 +191,7 @@ def with_profile(engine: Engine, fit: Fit, cause: Cause) -> tuple[Engine, Fit, C
     }
     values = dict(about.values)
     if about is not fit:
-        level = values.pop(key) - stated(engine, key)
+        level = values.pop(key) - engine.problems[0].stated(key)
         found = {i: p.raised(level) for i, p in found.items()}
     start, profiles = engine, dict[int, Profile]()
     for _ in range(SHARPENED):
@@ -217,7 +217,7 @@ def levelled(
     a load is small, nor that it is the same in two logs. ``engine`` is the one on which
     no profile acts.
     """
-    level, size = stated(engine, key), probe_size(engine, key)
+    level, size = engine.problems[0].stated(key), probe_size(engine, key)
     low, high = EFFECTS[LOAD].param(key.rpartition(".")[2]).bounds
     means = {
         i: Knob(own_key(i, key), level + p.mean, inf, low, high, size)

@@ -131,8 +131,8 @@ def meaning_of(name: str) -> Meaning | None:
     unit = UNITS.get(unit_in(name), (1.0, ""))[1]
     short = SHORT.get("_".join(re.findall(r"[a-z0-9]+", UNIT.sub("", name).lower())))
     if short:
-        of_short = Meaning(short, unit_of(short) or "1", ())
-        return of_short if unit in ("", of_short.unit) else None
+        fits = unit in ("", unit_of(short))
+        return Meaning(short, unit_of(short), ()) if fits else None
     for meaning in MEANINGS:
         fits = all(words & set(group.split()) for group in meaning.words)
         if not fits or words & set(meaning.never.split()):

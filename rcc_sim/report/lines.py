@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.simulate.drive import HOLE
-from rcc_sim.simulate.smooth import interval_of
+from rcc_sim.simulate.smooth import HOLE, interval_of
 
 Array = NDArray[np.float64]
 

@@ -13,7 +13,7 @@ from rcc_sim.definitions.kernel import road_of
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
 from rcc_sim.simulate.road import surveyed_slope
-from rcc_sim.simulate.smooth import interval_of, smoothed
+from rcc_sim.simulate.smooth import HOLE, interval_of, smoothed
 from rcc_sim.trace import Trace
 from rcc_sim.units import G
 
@@ -34,10 +34,6 @@ SAMPLED = 0.5
 """Share of the time between two rows below which flows are samples, not means. At such
 a row a drive that is straight between the rows has no acceleration: that of the time
 before would meet the speed of its end, 7 % too much energy at 1 Hz in a town."""
-
-HOLE = 5.5
-"""Usual intervals beyond which nothing is said of the time between two readings: five
-are bridged, however their times are rounded."""
 
 TURNS_BY = 0.1
 """Lateral acceleration, as a root mean square in g, beyond which bends drag: tyres that

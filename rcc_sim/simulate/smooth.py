@@ -17,6 +17,10 @@ ROUNDS = 6
 EVERY = 5
 """Of so many rows one is held out to choose the jerk."""
 
+HOLE = 5.5
+"""Usual intervals beyond which nothing is said of the time between two readings: five
+are bridged, however their times are rounded."""
+
 LOOKED_AT = 6000
 """Rows that the choice of the jerk looks at."""
 

@@ -14,6 +14,7 @@ from rcc_sim.diagnose.remainder import remainder
 from rcc_sim.diagnose.shapes import USUAL_HEIGHT, height_of, load_transfer_of
 from rcc_sim.trace import Trace
 from rcc_sim.units import G
+from tests.winding import winding
 
 CAR = load_vehicle("tesla_model_3")
 SIZES = {"yaw_rate_radps": 0.002, "accel_y_mps2": 0.05}
@@ -58,12 +59,8 @@ def test_its_size_is_by_the_height_that_the_file_states():
 @pytest.mark.slow
 def test_a_car_that_speeds_up_in_bends_leaves_nothing_unknown():
     rng = np.random.default_rng(2)
-    t = np.arange(0.0, 300.0, 0.1)
-    given = {
-        "time_s": t,
-        "speed_mps": 14 + 6 * np.sin(t / 2.0),
-        "steer_cmd_rad": 0.03 * np.sin(t / 3.1),
-    }
+    given = winding(swing=6.0, period=2.0)
+    t = given["time_s"]
     known = problem_of(Trace(given), CAR)
     seen, felt = known.run(CAR), 3.0 * np.cos(t / 2.0)
     moved = felt * CAR.body.cg_height_m.value / G

@@ -10,6 +10,7 @@ from rcc_sim.diagnose.knobs import Knob, nuisance_knobs
 from rcc_sim.diagnose.posed import problem_of
 from rcc_sim.diagnose.remainder import EXACT, UNKNOWN_ENOUGH, inexactness, remainder
 from rcc_sim.trace import Trace
+from tests.winding import seen_of, winding
 
 CAR = load_vehicle("r1t")
 FRICTION = "effects.drivetrain_friction.torque_nm"
@@ -20,20 +21,12 @@ TORQUE, RUBS_FROM = 6.0, 0.015
 def fitted(acts_at):
     """A drive in bends with friction where it acts, and a fit that takes it as even."""
     rng = np.random.default_rng(3)
-    t = np.arange(0.0, 300.0, 0.1)
-    given = {
-        "time_s": t,
-        "speed_mps": 14 + 3 * np.sin(t / 9),
-        "steer_cmd_rad": 0.03 * np.sin(t / 3.1),
-    }
+    given = winding()
     free = problem_of(Trace(given), CAR)
     seen = free.run(CAR)
     slowed = free.run(CAR.changed(settings={FRICTION: TORQUE}))
     acts = acts_at(given["steer_cmd_rad"])
-    noisy = {
-        c: np.where(acts, slowed[c], seen[c]) + size * rng.normal(size=len(t))
-        for c, size in SIZES.items()
-    }
+    noisy = seen_of(seen, slowed, acts, SIZES, rng)
     problem = problem_of(Trace(given | noisy), CAR)
     engine = Engine([problem])
     knobs = [*nuisance_knobs([problem]), Knob(FRICTION, 0.0, low=0.0, high=50.0)]

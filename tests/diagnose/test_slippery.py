@@ -10,6 +10,7 @@ from rcc_sim.diagnose.knobs import nuisance_knobs
 from rcc_sim.diagnose.posed import problem_of
 from rcc_sim.diagnose.remainder import LATERAL_ENOUGH, remainder
 from rcc_sim.trace import Trace
+from tests.winding import seen_of, winding
 
 CAR = load_vehicle("tesla_model_3")
 SIZES = {"yaw_rate_radps": 0.003, "accel_y_mps2": 0.08, "battery_power_w": 300.0}
@@ -19,20 +20,13 @@ PATCH = (150.0, 180.0)
 def left_of(grip):
     """What is left of a drive in bends, on whose patch the front axle is so stiff."""
     rng = np.random.default_rng(8)
-    t = np.arange(0.0, 300.0, 0.1)
-    given = {
-        "time_s": t,
-        "speed_mps": 14 + 3 * np.sin(t / 9),
-        "steer_cmd_rad": 0.03 * np.sin(t / 3.1),
-    }
+    given = winding()
+    t = given["time_s"]
     known = problem_of(Trace(given), CAR)
     slips = CAR.changed(settings={"effects.front_cornering_stiffness.scale": grip})
     seen, slid = known.run(CAR), known.run(slips)
     there = (t >= PATCH[0]) & (t <= PATCH[1])
-    noisy = {
-        c: np.where(there, slid[c], seen[c]) + size * rng.normal(size=len(t))
-        for c, size in SIZES.items()
-    }
+    noisy = seen_of(seen, slid, there, SIZES, rng)
     problem = problem_of(Trace(given | noisy), CAR)
     engine = Engine([problem])
     return remainder(engine, descent.fit(engine, {}, nuisance_knobs([problem])))

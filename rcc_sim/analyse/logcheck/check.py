@@ -35,17 +35,11 @@ from rcc_sim.analyse.logcheck.glitches import (
     spike_findings,
     spikes,
 )
+from rcc_sim.analyse.logcheck.mistakes import follows_erpm
 from rcc_sim.analyse.logcheck.relations import means, relations
 from rcc_sim.analyse.logcheck.rest import biases, late_commands
 from rcc_sim.analyse.logcheck.timebase import TimeBase, missing, time_base
-from rcc_sim.analyse.logcheck.units import (
-    blame,
-    by_size,
-    follows_erpm,
-    geared,
-    net_sign,
-    unsigned,
-)
+from rcc_sim.analyse.logcheck.units import blame, by_size, geared, net_sign, unsigned
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
 from rcc_sim.trace import Trace

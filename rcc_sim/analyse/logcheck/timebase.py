@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -239,49 +240,56 @@ def _gaps(time: Array, keep: Mask, steps: Array, middle: float) -> list[Finding]
     rows = np.flatnonzero(keep)
     paused = steps[holes] > max(PAUSE, GRAVE * middle)
     if paused.any():
-        findings.append(_pauses(time, rows, steps, holes[paused]))
-    holes = holes[~paused]
-    if not len(holes):
-        return findings
-    lost = float((steps[holes] / middle - 1).sum())
-    longest = int(holes[np.argmax(steps[holes])])
-    share = lost / (lost + len(steps))
-    grave = share > LOST or steps[longest] > GRAVE * middle
-    start, end = float(time[rows[longest]]), float(time[rows[longest + 1]])
-    findings.append(
-        Finding(
-            "gap" if steps[longest] > 3.5 * middle else "lost_rows",
-            "time_s",
-            f"about {lost:.0f} rows ({100 * share:.2g} %) are lost in {len(holes)} "
-            f"places; the longest gap is {steps[longest]:.4g} s",
-            f"{at(time, start)}–{at(time, end)} s (row {rows[longest] + 1})",
-            action="not filled; nothing is compared inside a gap",
-            severity="warning" if grave else "info",
-            start_s=start,
-            end_s=end,
-        )
-    )
+        off = holes[paused]
+        findings.append(_pauses(steps[off], _place_of_longest(time, rows, steps, off)))
+    if not paused.all():
+        lost = holes[~paused]
+        place = _place_of_longest(time, rows, steps, lost)
+        findings.append(_lost(steps, lost, middle, place))
     return findings
 
 
-def _pauses(
-    time: Array, rows: NDArray[np.intp], steps: Array, at_rows: NDArray[np.intp]
+def _lost(
+    steps: Array, holes: NDArray[np.intp], middle: float, place: Mapping[str, Any]
 ) -> Finding:
+    """Return the finding of rows that were lost."""
+    lost = float((steps[holes] / middle - 1).sum())
+    longest = float(steps[holes].max())
+    share = lost / (lost + len(steps))
+    grave = share > LOST or longest > GRAVE * middle
+    return Finding(
+        "gap" if longest > 3.5 * middle else "lost_rows",
+        "time_s",
+        f"about {lost:.0f} rows ({100 * share:.2g} %) are lost in {len(holes)} "
+        f"places; the longest gap is {longest:.4g} s",
+        action="not filled; nothing is compared inside a gap",
+        severity="warning" if grave else "info",
+        **place,
+    )
+
+
+def _pauses(lasting: Array, place: Mapping[str, Any]) -> Finding:
     """Return the finding of holes that are no loss: a logger that was switched off."""
-    longest = int(at_rows[np.argmax(steps[at_rows])])
-    start, end = float(time[rows[longest]]), float(time[rows[longest + 1]])
-    often = f"{len(at_rows)} times, up to " if len(at_rows) > 1 else ""
+    often = f"{len(lasting)} times, up to " if len(lasting) > 1 else ""
     return Finding(
         "pause",
         "time_s",
-        f"stops {often}{steps[longest]:.4g} s: the logger paused, or the file holds "
+        f"stops {often}{lasting.max():.4g} s: the logger paused, or the file holds "
         "several drives",
-        f"{at(time, start)}–{at(time, end)} s (row {rows[longest] + 1})",
         action="nothing is compared meanwhile",
         severity="warning",
-        start_s=start,
-        end_s=end,
+        **place,
     )
+
+
+def _place_of_longest(
+    time: Array, rows: NDArray[np.intp], steps: Array, holes: NDArray[np.intp]
+) -> dict[str, Any]:
+    """Return where the longest of some holes lies, as a finding tells it."""
+    longest = int(holes[np.argmax(steps[holes])])
+    start, end = float(time[rows[longest]]), float(time[rows[longest + 1]])
+    where = f"{at(time, start)}–{at(time, end)} s (row {rows[longest] + 1})"
+    return {"where": where, "start_s": start, "end_s": end}
 
 
 def missing(time: Array, name: str, values: Array) -> list[Finding]:
