@@ -64,6 +64,11 @@ class Cause:
         Share of each track in what it changes.
     screened : dict
         Effect -> nats that it gained in the screen in which this one was found.
+    cut : dict
+        Log -> what its profile would have to be beyond what is possible: left
+        unexplained.
+    cut_nats : float
+        Nats that were given up with that.
     """
 
     effect: str
@@ -75,6 +80,8 @@ class Cause:
     sharpened: float = 1.0
     shares: Array = field(default_factory=lambda: np.zeros(0))
     screened: dict[str, float] = field(default_factory=dict)
+    cut: dict[int, Profile] = field(default_factory=dict)
+    cut_nats: float = 0.0
 
     @property
     def weighed(self) -> bool:

@@ -8,12 +8,13 @@ a prior on their size and roughness that the log itself scales.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rcc_sim.diagnose.cause import ENOUGH
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import Knob
@@ -30,6 +31,7 @@ from rcc_sim.diagnose.strengths import (
     freed,
     likeliest,
     prior_of,
+    priors_of,
     windows,
 )
 from rcc_sim.units import unit_of
@@ -100,14 +102,37 @@ class Probe:
             found.mean_sd,
         )
 
-    def sharper(self, profile: Profile, log: int, x: Array) -> Profile:
-        """The same by the noise that it leaves: sharper, and no likelier for it."""
+    def sharper(
+        self, profile: Profile, log: int, x: Array, counts: Iterable[int]
+    ) -> Profile:
+        """The same by the noise that it leaves: sharper, and no likelier for it.
+
+        In more windows where they gain ``ENOUGH``, as gentle as is likeliest. What
+        varies fast passes for a noise that remembers, which smooths it away: the noise
+        is learnt from that of the fit, and from one that remembers nothing.
+        """
         if profile.normal is None or profile.evidence <= 0:
             return profile
-        found, again = self._both(profile, log, x)
-        if again.evidence <= found.evidence:
-            return profile
-        return replace(profile, value=again.value, sd=again.sd, mean_sd=again.mean_sd)
+        best, most = profile, profile.evidence
+        for n in sorted(counts):
+            knots = np.linspace(x.min(), x.max(), n)
+            H, finer = windows(x, knots), n > len(best.knots)
+            tried = [
+                self._beside_noise(log, H, prior, forgetful)
+                for prior in priors_of(profile.key, profile.along, knots)
+                for forgetful in (False, True)
+            ]
+            found = max(tried, key=lambda one: one.evidence)
+            if found.evidence > most + (ENOUGH if finer else 0.0):
+                most = found.evidence
+                best = replace(
+                    profile,
+                    knots=knots,
+                    value=found.value,
+                    sd=found.sd,
+                    mean_sd=found.mean_sd,
+                )
+        return best
 
     def with_noise(self, profile: Profile, log: int, x: Array) -> float:
         """Evidence for a profile and the noise that it leaves, together. [nats]
@@ -115,7 +140,8 @@ class Probe:
         What switches on and off passes for a noise that remembers: by that noise it
         gains next to nothing.
         """
-        return self._both(profile, log, x)[1].evidence
+        prior = prior_of(profile.key, profile.along, profile.knots)
+        return self._beside_noise(log, windows(x, profile.knots), prior).evidence
 
     def per_row(self, log: int) -> tuple[Array, Array]:
         """Likeliest strength row by row, and how much each tells (inverse variance).
@@ -138,20 +164,28 @@ class Probe:
         grows without haste, passes for one that does. What noise and knobs gain without
         them, found anew as well, is no evidence for them.
         """
-        found = self._from_forgetful(log, H, Prior(shape))
+        found = self._beside_noise(log, H, Prior(shape), forgetful=True)
         return replace(found, evidence=found.evidence - self.without(log))
 
     def without(self, log: int) -> float:
         """Evidence for noise and knobs found anew, without any strength. [nats]"""
         if log not in self._without:
             rows = len(self.engine.problems[log].log["time_s"])
-            nothing = self._from_forgetful(log, np.zeros((rows, 1)), Prior(np.eye(1)))
+            none = np.zeros((rows, 1)), Prior(np.eye(1))
+            nothing = self._beside_noise(log, *none, forgetful=True)
             self._without[log] = nothing.evidence
         return self._without[log]
 
-    def _from_forgetful(self, log: int, H: Array, prior: Prior) -> Weighed:
+    def _beside_noise(
+        self, log: int, H: Array, prior: Prior, forgetful: bool = False
+    ) -> Weighed:
+        """Strengths by the noise that they leave, learnt from that of the fit.
+
+        Or from one that remembers nothing (``forgetful``).
+        """
         tracks = self._tracks_of(log)
-        noise = self._forgetful(tracks)
+        own = [self.fit.noise[i] for i in tracks]
+        noise = self._forgetful(tracks) if forgetful else own
         found = self._weighed(tracks, H, noise, self._left(tracks), prior)
         return self._relearnt(tracks, H, found, prior)
 
@@ -172,15 +206,6 @@ class Probe:
 
     def _tracks_of(self, log: int) -> list[int]:
         return [i for i in self.tracks if self.engine.tracks[i][0] == log]
-
-    def _both(self, profile: Profile, log: int, x: Array) -> tuple[Weighed, Weighed]:
-        """Strengths by the noise of the fit, and by the noise that they leave."""
-        tracks = self._tracks_of(log)
-        H = windows(x, profile.knots)
-        noise = [self.fit.noise[i] for i in tracks]
-        prior = prior_of(profile.key, profile.along, profile.knots)
-        found = self._weighed(tracks, H, noise, self._left(tracks), prior)
-        return found, self._relearnt(tracks, H, found, prior)
 
     def _knobs(self, noise: Whitener, track: int) -> Array:
         """Signals of the knobs in a track, whitened; kept for the fit's own noise."""

@@ -93,6 +93,12 @@ class Profile:
         """Return it on top of so much more."""
         return replace(self, value=self.value + level)
 
+    def cut_to(self, low: float, high: float) -> tuple[Profile, Profile]:
+        """Return it where it is possible, else at the nearest bound; and the rest."""
+        possible = np.clip(self.value, low, high)
+        beyond = self.value - possible
+        return replace(self, value=possible), replace(self, value=beyond)
+
     @property
     def reversed(self) -> Profile:
         """What takes it back."""

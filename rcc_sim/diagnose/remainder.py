@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.engine import MEMORY, Engine
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import Knob
@@ -51,6 +52,9 @@ CORNERING = ("steer", "grip")
 
 ITSELF = {"auxiliary_load": "power"}
 """Effect -> the way of acting that is its own."""
+
+FEED = "feed"
+"""How what a load would have to be below nil acts."""
 
 FOLLOWS: dict[str, tuple[int, ...]] = {
     "time_s": (25, 40),
@@ -192,6 +196,21 @@ def remainder(
         for r in found
     ]
     return replace(clearest(each), rivals=tuple(each))
+
+
+def with_cut(left: Remainder, engine: Engine, fit: Fit, cause: Cause) -> Remainder:
+    """Return what is left, or what a load had to leave that cannot be less than nil."""
+    cuts = [left]
+    for i, beyond in cause.cut.items():
+        probe = Probe(engine, fit, cause.keys[0], probe_size(engine, cause.keys[0]))
+        x = engine.problems[i].coordinate(beyond.along)
+        found = windows_of(probe, i, beyond, x)
+        if found:
+            acts = FEED if beyond.mean < 0 else ITSELF[cause.effect]
+            nats, shares = cause.cut_nats, probe.shares
+            one = Remainder(nats, acts, beyond.along, found, beyond, i, shares)
+            cuts.append(replace(one, rivals=left.rivals))
+    return clearest(cuts)
 
 
 def inexactness(engine: Engine, fit: Fit) -> Array:

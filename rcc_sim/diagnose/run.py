@@ -28,7 +28,7 @@ from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.hold_out import leave_shaft, proof
 from rcc_sim.diagnose.misread import misread
 from rcc_sim.diagnose.posed import problem_of
-from rcc_sim.diagnose.remainder import clearest, remainder
+from rcc_sim.diagnose.remainder import clearest, remainder, with_cut
 from rcc_sim.diagnose.sums import with_all_figures
 from rcc_sim.diagnose.switched import LOAD
 from rcc_sim.diagnose.ties import settled
@@ -120,6 +120,8 @@ def diagnose(
     if len(causes) < len(known.causes):
         fit, acting = _only(engine, found, fit, causes)
     causes, fit = with_all_figures(acting, fit, causes, able)
+    for cause in causes:
+        left = with_cut(left, acting, fit, cause)
     told("proof on held-out rows")
     fresh = [problem_of(one.log, vehicle) for one in holdouts]
     torqued = any(p.torqued for p in (*problems, *fresh))

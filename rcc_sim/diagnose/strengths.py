@@ -21,8 +21,9 @@ Array = NDArray[np.float64]
 SIZES = np.logspace(-1, 4, 21)
 """Sizes of a profile that are tried, in times what one window could tell."""
 
-ROUGHNESS = 0.5
-"""Size of the change from window to window, in times the size of the profile."""
+ROUGHNESS, GENTLE = 0.5, 0.12
+"""Size of the change from window to window, in times the size of the profile; where
+the windows are shorter than what it needs to change."""
 
 ABSORBED = 1e-3
 """Share of a signal that the knobs leave from which on it is found by itself: of less,
@@ -106,22 +107,27 @@ def freed(
     return 0.5 * (M + M.T), -(A.T @ r - JA.T @ G[:, -1]), back
 
 
-def smooth(k: int) -> Array:
+def smooth(k: int, roughness: float = ROUGHNESS) -> Array:
     """Inverse covariance of k strengths of size 1 that change little knot by knot."""
     D = np.diff(np.eye(k), axis=0)
     level = np.full((k, k), 1 / k)  # a mean counts as one figure, not as one a knot
-    inverse: Array = np.eye(k) - level + level / k + D.T @ D / ROUGHNESS**2
+    inverse: Array = np.eye(k) - level + level / k + D.T @ D / roughness**2
     return inverse
 
 
-def prior_of(key: str, along: str, knots: Array) -> Prior:
+def prior_of(key: str, along: str, knots: Array, roughness: float = ROUGHNESS) -> Prior:
     """What is expected of strengths at knots: little change, and little climb."""
     k = len(knots)
     if key not in CLIMBS or along != "distance_m":
-        return Prior(smooth(k))
+        return Prior(smooth(k, roughness))
     climb = np.full(k, knots[1] - knots[0])
     climb[[0, -1]] *= 0.5
-    return Prior(smooth(k), climb / RELIEF)
+    return Prior(smooth(k, roughness), climb / RELIEF)
+
+
+def priors_of(key: str, along: str, knots: Array) -> list[Prior]:
+    """What may be expected of strengths at knots, gentle or not."""
+    return [prior_of(key, along, knots, rough) for rough in (ROUGHNESS, GENTLE)]
 
 
 def likeliest(

@@ -185,10 +185,11 @@ def with_profile(engine: Engine, fit: Fit, cause: Cause) -> tuple[Engine, Fit, C
     key, along = PROFILES[cause.effect]
     about = held(fit, key)
     probe = Probe(engine, about, key, probe_size(engine, key))
-    found = {
-        i: probe.sharper(p, i, engine.problems[i].coordinate(along))
-        for i, p in cause.profiles.items()
-    }
+    found = {}
+    for i, profile in cause.profiles.items():
+        problem = engine.problems[i]
+        counts = (*WINDOW_COUNTS, *finer(problem))
+        found[i] = probe.sharper(profile, i, problem.coordinate(along), counts)
     values = dict(about.values)
     if about is not fit:
         level = values.pop(key) - engine.problems[0].stated(key)
@@ -205,6 +206,7 @@ def with_profile(engine: Engine, fit: Fit, cause: Cause) -> tuple[Engine, Fit, C
         found = more_of(engine, fit, key, along, profiles)
     if cause.effect == LOAD:
         engine, fit, profiles = levelled(start, fit, key, profiles)
+        return cut(start, engine, fit, replace(cause, profiles=profiles))
     return engine, fit, replace(cause, profiles=profiles)
 
 
@@ -234,6 +236,28 @@ def levelled(
         told[i] = replace(raised, mean_sd=max(raised.mean_sd, sd))
     fit = fit.without([key, *(k.key for k in means.values())])
     return with_acting(engine, told), fit, told
+
+
+def cut(
+    start: Engine, engine: Engine, fit: Fit, cause: Cause
+) -> tuple[Engine, Fit, Cause]:
+    """Leave unexplained what a load would have to be below nil, or beyond its bounds.
+
+    No load feeds the battery: where one would have to, something else does, or a meter
+    is off. ``start`` is the engine on which no profile acts.
+    """
+    key = cause.keys[0]
+    low, high = EFFECTS[LOAD].param(key.rpartition(".")[2]).bounds
+    level = start.problems[0].stated(key)
+    both = {i: p.cut_to(low - level, high - level) for i, p in cause.profiles.items()}
+    if not any(beyond.value.any() for _, beyond in both.values()):
+        return engine, fit, cause
+    possible = {i: within for i, (within, _) in both.items()}
+    engine = with_acting(start, possible)
+    less = descent.fit(engine, fit.values, fit.knobs)
+    beyond = {i: p for i, (_, p) in both.items()}
+    nats = fit.score - less.score
+    return engine, less, replace(cause, profiles=possible, cut=beyond, cut_nats=nats)
 
 
 def with_acting(engine: Engine, profiles: Mapping[int, Profile]) -> Engine:

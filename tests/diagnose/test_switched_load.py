@@ -175,3 +175,32 @@ def test_pulses_are_found_once_what_they_hide_in_is_known_without_them():
     found = segments(value, told * times, 2, 10.0)
     true = np.flatnonzero(np.diff(heater)) + 1
     np.testing.assert_array_equal(found[1:-1], true)
+
+
+def test_a_heater_that_swings_twice_a_minute_is_followed(tmp_path):
+    # a noise that remembers would smooth half of it away
+    def heater(t):
+        return 1500 + 4000 * np.exp(-t / 150) + 1200 * np.sin(2 * np.pi * t / 30)
+
+    found = diagnose([driven(tmp_path, heater, torque=True)], CAR)
+    one, alike, true = judged(found, heater)
+    assert alike > 0.98
+    assert one.figures["power_w"].value == pytest.approx(true, rel=0.03)
+
+
+@pytest.mark.parametrize("torque", [False, True], ids=["by speed", "by torque"])
+def test_what_would_be_less_than_no_load_is_left_and_placed(tmp_path, torque):
+    def heater(t):
+        generator = np.where((t > 300) & (t < 330), 7000.0, 0.0)
+        return np.where(t < 100, 4000 * np.exp(-t / 60), 500.0) - generator
+
+    found = diagnose([driven(tmp_path, heater, torque)], CAR)
+    (one,) = found.asserted
+    assert one.cause.effect == "auxiliary_load"
+    least, _ = acting(found, one.cause)
+    assert least.min() >= 0
+    assert found.status == "partly_explained"
+    assert found.left.acts_as == "feed"
+    (window,) = found.document()["unexplained"]["windows"]
+    assert window["start_s"] == pytest.approx(300, abs=3)
+    assert window["end_s"] == pytest.approx(330, abs=3)
