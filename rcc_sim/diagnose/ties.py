@@ -20,7 +20,7 @@ References
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import inf
 
@@ -166,7 +166,10 @@ def in_place(
     """Return what could stand in a cause's place, nearest first, and at what price."""
     mine = next(c for c in candidates if c.effect == cause.effect)
     paid = mine.price(fit.values, cause.keys)
-    rivals = rivals_of(engine, fit, cause.keys, near(cause, causes, candidates))
+    close = near(cause, causes, candidates)
+    least = ALIKE * cause.screened.get(cause.effect, inf)
+    alike = {c.effect for c in close if cause.screened.get(c.effect, 0.0) > least}
+    rivals = rivals_of(engine, fit, cause.keys, close, alike)
     prices = [
         r.screened.candidate.price(r.fit.values, r.screened.values) for r in rivals
     ]
@@ -218,7 +221,11 @@ def with_ties(
 
 
 def rivals_of(
-    engine: Engine, fit: Fit, keys: Sequence[str], candidates: Sequence[Candidate]
+    engine: Engine,
+    fit: Fit,
+    keys: Sequence[str],
+    candidates: Sequence[Candidate],
+    alike: Collection[str] = (),
 ) -> list[Rival]:
     """Return each candidate that may stand in place of some figures, nearest first.
 
@@ -226,6 +233,8 @@ def rivals_of(
     ----------
     keys : sequence of str
         Figures of the cause in whose place they stand.
+    alike : collection of str
+        Effects that are known to do about as well, whatever a screen makes of them.
     """
     base = without(engine, fit, keys)
     if base is None:
@@ -234,7 +243,11 @@ def rivals_of(
     own = promise(screen, {k: fit.values[k] for k in keys})
 
     tried = engine.each(screen.best, candidates)
-    screened = [s for s in tried if s.gain > ALIKE * own]
+    screened = [
+        s
+        for s in tried
+        if s.gain > ALIKE * own or (s.values and s.candidate.effect in alike)
+    ]
     along = engine.whitened(base.signals, fit.noise)
     fits = engine.each(
         lambda one: with_effect(engine, base, one, fit.noise, along, patient=False),

@@ -183,10 +183,15 @@ def status_of(
     stays = left.is_real or ends or explained < 1 - SHRUNK
     stays |= farthest > ANOTHER_VEHICLE
     if before is not None and after is not None:
-        stays |= abs(after) > abs(before) + NO_ENERGY
+        stays |= grew(before, after)
         asked = doubtless or abs(after) > noise
         stays |= asked and abs(after) > max(SHRUNK * abs(before), NO_ENERGY)
     return "partly_explained" if stays else "explained"
+
+
+def grew(before: float, after: float) -> bool:
+    """Tell whether an energy gap [%] is larger than before, beyond what is none."""
+    return abs(after) > abs(before) + NO_ENERGY
 
 
 def proves_nothing(explained: float, before: float | None, after: float | None) -> bool:

@@ -18,6 +18,7 @@ from rcc_sim.diagnose.verdict import (
     Asserted,
     Estimate,
     battery_of_another,
+    grew,
     moved,
 )
 from rcc_sim.report.channels import way_of
@@ -282,7 +283,7 @@ def _proof(found: Diagnosis) -> Iterator[tuple[str, str]]:
         how = ", by the torque measured," if found.by_torque else ""
         energy = (
             f"; energy gap there{how} {_rounded(before, 1)} % before, "
-            f"{_rounded(after, 2)} % after"
+            f"{_rounded(after, 2)} % after" + ": it grew" * grew(before, after)
         )
     gone = (
         f"{percent(s.explained)} of what is beyond noise is gone ({percent(s.low)} to "

@@ -75,6 +75,15 @@ def test_two_constant_drags_on_a_level_road_are_tied_and_air_is_not(rolling):
     assert air is None or not air.is_tied
 
 
+def test_what_did_as_well_before_is_fitted_whatever_a_screen_makes_of_it(rolling):
+    engine, fit, able = rolling
+    some = [c for c in able if c.effect == "auxiliary_load"]
+    assert rivals_of(engine, fit, [KEY], some) == []
+    (load,) = rivals_of(engine, fit, [KEY], some, ["auxiliary_load"])
+    assert load.behind > 40
+    assert not load.is_tied
+
+
 def test_a_cause_in_the_wrong_place_gives_way_to_the_one_that_does_better(rolling):
     engine, fit, able = rolling
     key = "effects.aerodynamic_drag.drag_area_m2"

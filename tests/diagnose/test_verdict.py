@@ -22,6 +22,7 @@ from rcc_sim.diagnose.verdict import (
     Asserted,
     ends_early,
     estimates,
+    grew,
     moved,
     probability,
     proves_nothing,
@@ -50,6 +51,16 @@ SOMETHING = Remainder(UNKNOWN_ENOUGH + 1, "drag", "", [])
 )
 def test_the_energy_gap_has_to_shrink_to_a_third(before, after, status):
     assert status_of([CAUSE], NOTHING, before, after) == status
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "larger"),
+    [(0.4, 3.0, True), (-0.4, 3.0, True), (20.0, -0.4, False), (0.4, 1.0, False)],
+)
+def test_an_energy_gap_that_grew_is_called_so(before, after, larger):
+    assert grew(before, after) is larger
+    if larger:
+        assert status_of([CAUSE], NOTHING, before, after) == "partly_explained"
 
 
 def test_the_ranking_says_what_the_status_says():
