@@ -12,6 +12,7 @@ from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csc_array
 
 from rcc_sim.diagnose.noise_kernel import (
     FREEDOM,
@@ -101,6 +102,33 @@ class Whitener:
         else:
             compiled(whiten)(wide, self._unit, self.valid, *self._ends, w)
         return w.T if e.ndim > 1 else w[0]
+
+    def through(self, e: Array, windows: csc_array) -> csc_array:
+        """Return a signal (n,) in each of some windows (n, k), whitened likewise.
+
+        A window's rows and those that remember them are all that is worked out.
+        """
+        if self.drift is not None:
+            return csc_array(self(e[:, None] * windows.toarray()))
+        before = np.concatenate([[0], np.cumsum(self.valid)])
+        reach = self.edges[-1] if len(self.memory) else 0
+        white, rows, ends = [np.empty(0)], [np.empty(0, dtype=np.intp)], [0]
+        starts = windows.indptr
+        for j in range(windows.shape[1]):
+            mine = slice(starts[j], starts[j + 1])
+            at = windows.indices[mine]
+            a, b = (at.min(), at.max() + 1) if len(at) else (0, 0)
+            b = min(b + reach, len(e))
+            part = np.zeros((1, b - a))
+            part[0, at - a] = e[at] * windows.data[mine]
+            w = np.empty((1, before[b] - before[a]))
+            own = self._unit[a:b], self.valid[a:b]
+            compiled(whiten)(part, *own, *self._ends, w)
+            white.append(w[0])
+            rows.append(np.arange(before[a], before[b]))
+            ends.append(ends[-1] + w.size)
+        found = np.concatenate(white), np.concatenate(rows), np.array(ends)
+        return csc_array(found, shape=(self._count, windows.shape[1]))
 
     @cached_property
     def _count(self) -> int:

@@ -13,6 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csc_array, vstack
 
 from rcc_sim.diagnose.cause import ENOUGH
 from rcc_sim.diagnose.engine import Engine
@@ -28,6 +29,7 @@ from rcc_sim.diagnose.profile import Profile, shares
 from rcc_sim.diagnose.strengths import (
     Prior,
     Weighed,
+    Windows,
     freed,
     likeliest,
     prior_of,
@@ -157,7 +159,7 @@ class Probe:
             told[v] += (signal * self.signal[i])[v]
         return asked / np.maximum(told, 1e-300), told
 
-    def beside_noise(self, log: int, H: Array, shape: Array) -> Weighed:
+    def beside_noise(self, log: int, H: Windows, shape: Array) -> Weighed:
         """Strengths in windows H (n, k), by the ``shape`` of their prior.
 
         Weighed against the noise, from one that remembers nothing: what switches, or
@@ -171,13 +173,13 @@ class Probe:
         """Evidence for noise and knobs found anew, without any strength. [nats]"""
         if log not in self._without:
             rows = len(self.engine.problems[log].log["time_s"])
-            none = np.zeros((rows, 1)), Prior(np.eye(1))
+            none = csc_array((rows, 1)), Prior(np.eye(1))
             nothing = self._beside_noise(log, *none, forgetful=True)
             self._without[log] = nothing.evidence
         return self._without[log]
 
     def _beside_noise(
-        self, log: int, H: Array, prior: Prior, forgetful: bool = False
+        self, log: int, H: Windows, prior: Prior, forgetful: bool = False
     ) -> Weighed:
         """Strengths by the noise that they leave, learnt from that of the fit.
 
@@ -189,7 +191,7 @@ class Probe:
         found = self._weighed(tracks, H, noise, self._left(tracks), prior)
         return self._relearnt(tracks, H, found, prior)
 
-    def evidence(self, log: int, H: Array, shape: Array) -> float:
+    def evidence(self, log: int, H: Windows, shape: Array) -> float:
         """Evidence for such strengths by the noise of the fit. [nats]"""
         tracks = self._tracks_of(log)
         noise = [self.fit.noise[i] for i in tracks]
@@ -224,7 +226,7 @@ class Probe:
     def _weighed(
         self,
         tracks: list[int],
-        H: Array,
+        H: Windows,
         noise: list[Whitener],
         left: list[Array],
         prior: Prior,
@@ -232,13 +234,13 @@ class Probe:
         """Strengths in some windows, by a noise and what is left to weigh rows by."""
         fit = self.fit
         pairs = list(zip(noise, tracks, strict=True))
-        A = np.vstack([w(self.signal[i][:, None] * H) for w, i in pairs])
+        A = csc_array(vstack([w.through(self.signal[i], H) for w, i in pairs]))
         r = np.concatenate([w(fit.residuals[i]) for w, i in pairs])
         J = np.vstack([self._knobs(w, i) for w, i in pairs])
         rest = np.concatenate([w(e) for w, e in zip(noise, left, strict=True)])
         W = np.sqrt(weights(rest))
-        for x in (A, r, J):
-            x *= W[:, None] if x.ndim > 1 else W
+        A.data *= W[A.indices]
+        r, J = W * r, W[:, None] * J
         off = np.array([fit.values[k.key] - k.value for k in fit.knobs])
         M, b, back = freed(A, r, J, np.array([k.sd for k in fit.knobs]), off)
         evidence, value, sd, mean_sd = likeliest(M, b, prior, H.mean(axis=0))
@@ -246,7 +248,7 @@ class Probe:
         return Weighed(evidence, value, sd, back(value), cost, (M, b), mean_sd)
 
     def _relearnt(
-        self, tracks: list[int], H: Array, found: Weighed, prior: Prior
+        self, tracks: list[int], H: Windows, found: Weighed, prior: Prior
     ) -> Weighed:
         """Weigh a profile against the noise, as either may be taken for the other.
 

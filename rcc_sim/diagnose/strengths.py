@@ -12,11 +12,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csc_array, issparse
 
 Array = NDArray[np.float64]
+Windows: TypeAlias = csc_array
+"""Windows (n, k), a column each: most of their rows are nil."""
 
 SIZES = np.logspace(-1, 4, 21)
 """Sizes of a profile that are tried, in times what one window could tell."""
@@ -68,19 +72,23 @@ class Weighed:
     mean_sd: float
 
 
-def windows(x: Array, knots: Array) -> Array:
+def windows(x: Array, knots: Array) -> Windows:
     """Piecewise linear windows (n, k) around knots, that sum to 1."""
     i = np.clip(np.searchsorted(knots, x, side="right") - 1, 0, len(knots) - 2)
     part = np.clip((x - knots[i]) / (knots[i + 1] - knots[i]), 0.0, 1.0)
-    H = np.zeros((len(knots), len(x)))  # a window's rows lie side by side
-    rows = np.arange(len(x))
-    H[i, rows] = 1 - part
-    H[i + 1, rows] += part
-    return H.T
+    share, which = np.concatenate([1 - part, part]), np.concatenate([i, i + 1])
+    rows = np.tile(np.arange(len(x)), 2)
+    return csc_array((share, (rows, which)), shape=(len(x), len(knots)))
+
+
+def levels(which: NDArray[np.intp]) -> Windows:
+    """Windows (n, k) that are 1 in the rows of their own number alone, 0 to k - 1."""
+    at = np.arange(len(which)), which
+    return csc_array((np.ones(len(which)), at), shape=(len(which), int(which[-1]) + 1))
 
 
 def freed(
-    A: Array, r: Array, J: Array, sd: Array, off: Array
+    A: Array | Windows, r: Array, J: Array, sd: Array, off: Array
 ) -> tuple[Array, Array, Callable[[Array], Array]]:
     """Normal equations of A a = -r once the knobs J, with priors sd, give way.
 
@@ -90,14 +98,15 @@ def freed(
     unit = np.where(np.isfinite(sd), sd, 1 / np.sqrt((J**2).sum(0) + 1e-300))
     J = J * unit
     prior = np.where(np.isfinite(sd), 1.0, 1e-9)
-    JA, drawn = J.T @ A, np.where(np.isfinite(sd), off / unit, 0.0)
+    JA, drawn = (A.T @ J).T, np.where(np.isfinite(sd), off / unit, 0.0)
     G = np.linalg.solve(
         J.T @ J + np.diag(prior), np.column_stack([JA, J.T @ r + drawn])
     )
-    AA = A.T @ A
+    product = A.T @ A
+    AA = product.toarray() if issparse(product) else product
     M = AA - JA.T @ G[:, :-1]
     if np.trace(M) < ABSORBED * np.trace(AA):
-        rest = A - J @ G[:, :-1]
+        rest = (A.toarray() if issparse(A) else A) - J @ G[:, :-1]
         M = rest.T @ rest + (G[:, :-1].T * prior) @ G[:, :-1]
 
     def back(a: Array) -> Array:

@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rcc_sim.diagnose import strengths
 from rcc_sim.diagnose.cause import ENOUGH, PROFILES, Cause
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
@@ -23,7 +24,7 @@ from rcc_sim.diagnose.probe import Probe, probe_size
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.profile import Profile
 from rcc_sim.diagnose.remainder import carrier_of
-from rcc_sim.diagnose.strengths import Weighed, smooth, windows
+from rcc_sim.diagnose.strengths import Weighed, Windows, smooth, windows
 
 Array = NDArray[np.float64]
 
@@ -59,7 +60,7 @@ class Course(NamedTuple):
     ----------
     profile : Profile
         Its strength, and the evidence for it beside the noise.
-    windows : ndarray, shape (n, k)
+    windows : sparse array, shape (n, k)
         What each of its strengths does at the rows.
     shape : ndarray, shape (k, k)
         Inverse covariance of the strengths, at size 1.
@@ -68,7 +69,7 @@ class Course(NamedTuple):
     """
 
     profile: Profile
-    windows: Array
+    windows: Windows
     shape: Array
     cost: float
 
@@ -141,7 +142,12 @@ def courses_of(probe: Probe, log: int, x: Array, hidden: bool) -> list[Course]:
 
 
 def course_of(
-    probe: Probe, found: Weighed, knots: Array, H: Array, shape: Array, cost: float = 0
+    probe: Probe,
+    found: Weighed,
+    knots: Array,
+    H: Windows,
+    shape: Array,
+    cost: float = 0,
 ) -> Course:
     """Return strengths found beside the noise as a course, one or more knots each."""
     each = len(knots) // len(found.value)
@@ -203,7 +209,7 @@ def levels(
     They cost the log of how many ways there are to choose the moments of change.
     """
     k = int(which[-1]) + 1
-    H, shape = (which[:, None] == np.arange(k)).astype(float), np.eye(k)
+    H, shape = strengths.levels(which), np.eye(k)
     last = np.flatnonzero(np.diff(which))
     ends = np.concatenate([[0], np.stack([last, last + 1], 1).ravel(), [-1]])
     found = probe.beside_noise(log, H, shape)

@@ -37,9 +37,6 @@ A rough road is a force, too: but one that knows nothing of itself a second ago.
 SHARPENED = 4
 """Times that a profile acts, each time on what the last left, at most."""
 
-ROOM = 2e7
-"""Largest number of windows times rows: each is a number to be kept, for each track."""
-
 
 def profile_cause(
     engine: Engine, fit: Fit, named: set[str]
@@ -156,8 +153,7 @@ def enough_of(profile: Profile) -> float:
 def finer(problem: Problem) -> list[int]:
     """Into how many windows more a log may be cut to see what hangs together."""
     time = problem.log["time_s"]
-    most = min((time[-1] - time[0]) / SHORTEST, ROOM / len(time))
-    return [n for n in FINER if n < most]
+    return [n for n in FINER if n < (time[-1] - time[0]) / SHORTEST]
 
 
 def is_stated(engine: Engine, cause: Cause) -> bool:
