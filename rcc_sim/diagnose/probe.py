@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -199,8 +200,15 @@ class Probe:
         return self._weighed(tracks, H, noise, left, Prior(shape)).evidence
 
     def _forgetful(self, tracks: list[int]) -> list[Whitener]:
-        pairs = [(self.fit.residuals[i], self.fit.noise[i].valid) for i in tracks]
-        return [fit_whitener(e, valid, [], []) for e, valid in pairs]
+        return [self._all_forgetful[i] for i in tracks]
+
+    @cached_property
+    def _all_forgetful(self) -> dict[int, Whitener]:
+        """Noise of each track that remembers nothing."""
+        return {
+            i: fit_whitener(self.fit.residuals[i], self.fit.noise[i].valid, [], [])
+            for i in self.tracks
+        }
 
     def shows_in(self, log: int) -> bool:
         """Tell whether the figure changes anything that a log holds."""

@@ -200,9 +200,11 @@ def remainder(
 
 def with_cut(left: Remainder, engine: Engine, fit: Fit, cause: Cause) -> Remainder:
     """Return what is left, or what a load had to leave that cannot be less than nil."""
-    cuts = [left]
+    if not cause.cut:
+        return left
+    cuts, key = [left], cause.keys[0]
+    probe = Probe(engine, fit, key, probe_size(engine, key))
     for i, beyond in cause.cut.items():
-        probe = Probe(engine, fit, cause.keys[0], probe_size(engine, cause.keys[0]))
         x = engine.problems[i].coordinate(beyond.along)
         found = windows_of(probe, i, beyond, x)
         if found:

@@ -81,7 +81,7 @@ def windows(x: Array, knots: Array) -> Windows:
     return csc_array((share, (rows, which)), shape=(len(x), len(knots)))
 
 
-def levels(which: NDArray[np.intp]) -> Windows:
+def numbered(which: NDArray[np.intp]) -> Windows:
     """Windows (n, k) that are 1 in the rows of their own number alone, 0 to k - 1."""
     at = np.arange(len(which)), which
     return csc_array((np.ones(len(which)), at), shape=(len(which), int(which[-1]) + 1))

@@ -16,7 +16,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.diagnose import strengths
 from rcc_sim.diagnose.cause import ENOUGH, PROFILES, Cause
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
@@ -24,7 +23,13 @@ from rcc_sim.diagnose.probe import Probe, probe_size
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.profile import Profile
 from rcc_sim.diagnose.remainder import carrier_of
-from rcc_sim.diagnose.strengths import Weighed, Windows, smooth, windows
+from rcc_sim.diagnose.strengths import (
+    Weighed,
+    Windows,
+    numbered,
+    smooth,
+    windows,
+)
 
 Array = NDArray[np.float64]
 
@@ -208,8 +213,8 @@ def levels(
 
     They cost the log of how many ways there are to choose the moments of change.
     """
-    k = int(which[-1]) + 1
-    H, shape = strengths.levels(which), np.eye(k)
+    H = numbered(which)
+    shape = np.eye(H.shape[1])
     last = np.flatnonzero(np.diff(which))
     ends = np.concatenate([[0], np.stack([last, last + 1], 1).ravel(), [-1]])
     found = probe.beside_noise(log, H, shape)

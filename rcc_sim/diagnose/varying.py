@@ -156,6 +156,11 @@ def finer(problem: Problem) -> list[int]:
     return [n for n in FINER if n < (time[-1] - time[0]) / SHORTEST]
 
 
+def every_count(problem: Problem) -> tuple[int, ...]:
+    """Into how many windows a log may be cut, the fewest first."""
+    return (*WINDOW_COUNTS, *finer(problem))
+
+
 def is_stated(engine: Engine, cause: Cause) -> bool:
     """Tell whether profiles stay within what the file's sd of their figure allows."""
     figure = engine.problems[0].vehicle.figures().get(cause.keys[0])
@@ -184,8 +189,8 @@ def with_profile(engine: Engine, fit: Fit, cause: Cause) -> tuple[Engine, Fit, C
     found = {}
     for i, profile in cause.profiles.items():
         problem = engine.problems[i]
-        counts = (*WINDOW_COUNTS, *finer(problem))
-        found[i] = probe.sharper(profile, i, problem.coordinate(along), counts)
+        x = problem.coordinate(along)
+        found[i] = probe.sharper(profile, i, x, every_count(problem))
     values = dict(about.values)
     if about is not fit:
         level = values.pop(key) - engine.problems[0].stated(key)
@@ -216,7 +221,7 @@ def levelled(
     no profile acts.
     """
     level, size = engine.problems[0].stated(key), probe_size(engine, key)
-    low, high = EFFECTS[LOAD].param(key.rpartition(".")[2]).bounds
+    low, high = possible_loads(key)
     means = {
         i: Knob(own_key(i, key), level + p.mean, inf, low, high, size)
         for i, p in profiles.items()
@@ -243,17 +248,21 @@ def cut(
     is off. ``start`` is the engine on which no profile acts.
     """
     key = cause.keys[0]
-    low, high = EFFECTS[LOAD].param(key.rpartition(".")[2]).bounds
-    level = start.problems[0].stated(key)
-    both = {i: p.cut_to(low - level, high - level) for i, p in cause.profiles.items()}
-    if not any(beyond.value.any() for _, beyond in both.values()):
+    low, high = (bound - start.problems[0].stated(key) for bound in possible_loads(key))
+    possible, beyond = {}, {}
+    for i, profile in cause.profiles.items():
+        possible[i], beyond[i] = profile.cut_to(low, high)
+    if not any(p.value.any() for p in beyond.values()):
         return engine, fit, cause
-    possible = {i: within for i, (within, _) in both.items()}
     engine = with_acting(start, possible)
     less = descent.fit(engine, fit.values, fit.knobs)
-    beyond = {i: p for i, (_, p) in both.items()}
     nats = fit.score - less.score
     return engine, less, replace(cause, profiles=possible, cut=beyond, cut_nats=nats)
+
+
+def possible_loads(key: str) -> tuple[float, float]:
+    """Return the least and the greatest load that its effect allows."""
+    return EFFECTS[LOAD].param(key.rpartition(".")[2]).bounds
 
 
 def with_acting(engine: Engine, profiles: Mapping[int, Profile]) -> Engine:
@@ -273,8 +282,7 @@ def more_of(
     for i in profiles:
         problem = engine.problems[i]
         x = problem.coordinate(along)
-        counts = (*WINDOW_COUNTS, *finer(problem))
-        tried = [probe.profile(i, along, x, n) for n in counts]
+        tried = [probe.profile(i, along, x, n) for n in every_count(problem)]
         clear = [p for p in tried if p.coherence >= TIED and p.evidence > enough_of(p)]
         if clear:
             found[i] = max(clear, key=lambda p: p.evidence)
