@@ -29,15 +29,15 @@ def drive(true, lanes):
     return simulate(true, cycle.cycle, lanes=lanes).trace
 
 
-def logged(run, car, seed, folder, late=None):
+def logged(run, car, seed, folder, late=None, noise=NOISE):
     """Return a trace as a log, some columns read ``late`` by so many seconds."""
     rng = np.random.default_rng(seed)
     t, late = run["time_s"], late or {}
     log = [
         np.interp(t - late.get(c, 0.0), t, run[c]) + sd * rng.standard_normal(len(t))
-        for c, sd in NOISE.items()
+        for c, sd in noise.items()
     ]
     path = folder / "log.csv"
-    head = {"delimiter": ",", "header": ",".join(NOISE), "comments": ""}
+    head = {"delimiter": ",", "header": ",".join(noise), "comments": ""}
     np.savetxt(path, np.column_stack(log), **head)
     return open_log(path, car)

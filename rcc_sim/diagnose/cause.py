@@ -63,7 +63,8 @@ class Cause:
     shares : ndarray
         Share of each track in what it changes.
     screened : dict
-        Effect -> nats that it gained in the screen in which this one was found.
+        Effect -> nats that it gained when this one was found, or to first order would
+        have gained in its place.
     cut : dict
         Log -> what its profile would have to be beyond what is possible: left
         unexplained.

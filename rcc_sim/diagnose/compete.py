@@ -20,7 +20,7 @@ from rcc_sim.diagnose.noise import Whitener
 from rcc_sim.diagnose.profile import overlap, shares
 from rcc_sim.diagnose.refine import Refined, contenders
 from rcc_sim.diagnose.remainder import Remainder, remainder
-from rcc_sim.diagnose.screen import Screened
+from rcc_sim.diagnose.screen import Screened, shared
 from rcc_sim.diagnose.starts import screened
 from rcc_sim.diagnose.sums import with_all_figures
 from rcc_sim.diagnose.varying import (
@@ -124,19 +124,20 @@ def compete(
             if stands_out(varying, remainder(engine, current)):
                 engine, current, causes = acting(engine, current, causes, varying)
                 continue
+        known = [r for r, _ in found]
         if not (best and one) or best.trusted < needed_gain(causes, one.shares):
             told(f"two causes at once, {turn + 1}")
-            both = coupled(engine, current, [r for r, _ in found])
+            both = coupled(engine, current, known)
             two = [cause_of(engine, r, r.fit.noise) for r in both]
             if not two or any(c.gain < needed_gain(causes, c.shares) for c in two):
                 break
             current = both[0].fit
             for one in two:
                 ranking[one.effect] = max(ranking.get(one.effect, 0.0), one.gain)
-                causes = taken_in(causes, replace(one, screened=held))
+                causes = taken_in(causes, near_to(one, held, known))
             causes, current = with_all_figures(engine, current, causes, candidates)
             continue
-        causes = taken_in(causes, replace(one, screened=held))
+        causes = taken_in(causes, near_to(one, held, known))
         current = descent.fit(engine, best.fit.values, best.fit.knobs, best.fit.noise)
         causes, current = with_all_figures(engine, current, causes, candidates)
     told("leaving out what is not needed")
@@ -346,6 +347,14 @@ def cause_of(engine: Engine, best: Refined, noise: list[Whitener]) -> Cause:
         sharpened=max(best.after / best.gain, 1.0) if best.gain > 0 else 1.0,
         shares=shares_of(engine, best.fit, keys, noise),
     )
+
+
+def near_to(one: Cause, held: Mapping[str, float], known: Sequence[Screened]) -> Cause:
+    """Return a cause with the nats that others gained, or would to first order."""
+    own = held.get(one.effect, 0.0)
+    slopes = {effect: x * own for effect, x in shared(known, one.effect).items()}
+    most = {e: max(slopes.get(e, 0.0), held.get(e, 0.0)) for e in {*held, *slopes}}
+    return replace(one, screened=most)
 
 
 def shares_of(

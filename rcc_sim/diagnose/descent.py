@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from math import isfinite
 
@@ -284,6 +284,21 @@ def over_steps(
     if best.score <= now.score + SETTLED:
         return now
     return replace(best, information=now.information, signals=now.signals)
+
+
+def at_thresholds(engine: Engine, now: Fit, values: Mapping[str, float]) -> Fit:
+    """Return a fit with all its thresholds where others have them if that does better.
+
+    The first, long step of a figure takes a threshold along over what it jumps at.
+    """
+    stepped = {k.key for k in now.knobs if k.is_stepped}
+    there = {key: values[key] for key in stepped & values.keys()}
+    if there.items() <= now.values.items():
+        return now
+    new = engine.attempt(now.values | there, now.knobs, now.noise)
+    if new is None or new.score <= now.score + SETTLED:
+        return now
+    return replace(new, information=now.information, signals=now.signals)
 
 
 def no_surer(engine: Engine, fit: Fit, keys: Collection[str]) -> Fit:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from math import sqrt
 from typing import NamedTuple
@@ -102,6 +102,37 @@ class Screened:
     shown: dict[str, list[Shown]] = field(default_factory=dict)
     promised: Promise = field(default_factory=lambda: Promise(0.0, "", 0.0))
     slopes: dict[str, Slope] = field(default_factory=dict)
+
+
+def shared(found: Sequence[Screened], effect: str) -> dict[str, float]:
+    r"""Share of an effect's nats that each other gains at its best size.
+
+    To first order, with signals d that the knobs cannot take up,
+
+    .. math:: (d_1^T d_2)^2 / (d_1^T d_1 \, d_2^T d_2)
+
+    the most of any two of their figures. A threshold on the way may hide what a slope
+    shows: the screen then says less.
+
+    Parameters
+    ----------
+    found : sequence of Screened
+        Candidates with the signals that the screen took of their figures.
+    effect : str
+        Which of them the others are held against.
+
+    Returns
+    -------
+    dict
+        Effect -> share, of those that have a slope.
+    """
+    slopes = [(r.candidate.effect, x.signal) for r in found for x in r.slopes.values()]
+    out: dict[str, float] = {}
+    for mine in (d for name, d in slopes if name == effect):
+        for name, d in slopes:
+            share = float(mine @ d) ** 2 / (float(mine @ mine) * float(d @ d))
+            out[name] = max(out.get(name, 0.0), share)
+    return out
 
 
 class Screen:

@@ -265,8 +265,12 @@ def rivals_of(
 def against(engine: Engine, fit: Fit, screened: Screened, other: Fit) -> Rival:
     """Hold another effect's fit against the cause's own.
 
-    One that should come nearer than it is, to first order, is fitted on.
+    One that left a threshold in another hollow than the cause's takes it back, and one
+    that should come nearer than it is, to first order, is fitted on.
     """
+    there = descent.at_thresholds(engine, other, fit.values)
+    if there is not other:
+        other = descent.improve(engine, there, rounds=ROUNDS)
     far = apart(engine, fit, other)
     behind = fit.score - other.score
     if far < min(behind, Z_90 * scatter(engine, fit, other)) - 1:
