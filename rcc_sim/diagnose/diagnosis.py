@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from math import inf
 from typing import Any
@@ -165,15 +165,16 @@ class Diagnosis:
     @cached_property
     def prices(self) -> Prices | None:
         """What each cause adds to the energy of the log that is shown."""
-        causes = [a.cause for a in self.asserted]
-        return prices(self.plain, causes, self.fit.values, self.shown)
+        causes, charge = [a.cause for a in self.asserted], self.problem.charge
+        return prices(self.plain, causes, self.fit.values, self.shown, charge)
 
     @cached_property
     def plain(self) -> Problem:
         """The same as ``problem``, at the log's own rows."""
         if self.problem.charge is None:
             return self.problem
-        return problem_of(self.gap.measured, self.vehicle)
+        plain = problem_of(self.gap.measured, self.vehicle)
+        return replace(plain, drive=replace(plain.drive, window=inf))
 
     @property
     def not_identifiable(self) -> list[str]:

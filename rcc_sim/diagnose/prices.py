@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from rcc_sim.analyse.charge import Charge
 from rcc_sim.analyse.gap_energy import row_weights
 from rcc_sim.analyse.gap_power import measured_power, power_of
 from rcc_sim.diagnose.knobs import figures_of
@@ -52,6 +53,7 @@ def prices(
     causes: Sequence[Cause],
     values: Mapping[str, float],
     log: int = 0,
+    charge: Charge | None = None,
 ) -> Prices | None:
     """Return what each cause adds to the energy of a drive.
 
@@ -70,6 +72,8 @@ def prices(
         Figures of the fit, dotted key -> value.
     log : int
         Which of the logs it is: a profile is that of this one.
+    charge : Charge or None
+        Stretches over which its power is known, and the model's is held likewise.
 
     Returns
     -------
@@ -87,7 +91,8 @@ def prices(
         acting = [known[p] for p in parts if p != FIGURES]
         figures = _figures(values, causes, acting, moved=FIGURES in parts)
         vehicle = plain.vehicle.changed(settings=figures) if figures else plain.vehicle
-        return power_of(at, replay(vehicle, with_profiles(plain, acting, log).drive))
+        found = power_of(at, replay(vehicle, with_profiles(plain, acting, log).drive))
+        return found if charge is None else charge.at_rows(found)
 
     base = power(())
     ok = np.isfinite(measured) & np.isfinite(base)

@@ -71,6 +71,18 @@ def test_what_it_shows_stands_at_the_rows_of_the_log():
     assert np.corrcoef(acts[both], left["battery_power_w"][both])[0, 1] > 0.5
 
 
+def test_prices_by_the_charge_sum_to_the_gap_though_speeds_are_missing():
+    log, _, _ = driven(0.02)
+    late = np.arange(len(log)) % 9 == 0
+    speed = np.where(late, np.nan, log["speed_mps"])
+    log = Trace({**log.columns, "speed_mps": speed}, name="gaps")
+    names = ["road_grade", "rolling_resistance"]
+    found = diagnose([Logged(log, (), None)], TWIZY, candidates=names)
+    told = found.prices
+    whole = sum(told.causes.values()) + told.figures_wh + told.unexplained_wh
+    assert whole == pytest.approx(found.gap.energy.gap_wh, rel=1e-9)
+
+
 def test_a_tie_by_the_charge_is_told_with_a_run_that_could_settle_it():
     heavy = TWIZY.changed(settings={"effects.rolling_resistance.coefficient": 0.035})
     log = driven(0.0, car=heavy)[0]
