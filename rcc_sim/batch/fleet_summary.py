@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import json
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Mapping, Sequence
-from itertools import islice
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from itertools import chain, islice
 from typing import Any
 
 import numpy as np
@@ -149,8 +150,9 @@ def effects(rows: Sequence[Row]) -> list[dict[str, Any]]:
     """Return the causes that logs have on their own: how often, and how much."""
     counts = recurring(rows, "causes")
     for count in counts:
-        count["effect"] = count.pop("causes")
-        leading = [row for row in rows if row.get("cause") == count["effect"]]
+        count["effect"] = effect = count.pop("causes")
+        count["indistinguishable_from"] = tied_with(rows, effect)
+        leading = [row for row in rows if row.get("cause") == effect]
         count["first_cause_of"] = len(leading)
         values = [r["value"] for r in leading if r.get("value") is not None]
         count["parameter"] = next((r["parameter"] for r in leading), None)
@@ -160,6 +162,37 @@ def effects(rows: Sequence[Row]) -> list[dict[str, Any]]:
         gaps = [r["gap_percent"] for r in leading if r["gap_percent"] is not None]
         count["gap_percent_median"] = float(np.median(gaps)) if gaps else None
     return counts
+
+
+def tied_with(rows: Sequence[Row], effect: str) -> list[str]:
+    """Return what most of the logs that name an effect cannot tell from it."""
+    alike = [tied[effect] for row in rows if effect in (tied := _ties(row))]
+    count = Counter(name for some in alike for name in some)
+    return [name for name, n in count.most_common() if n > len(alike) / 2]
+
+
+def _ties(row: Row) -> dict[str, list[str]]:
+    """Causes of a log, each with what it cannot tell from it."""
+    every = json.loads(row.get("causes_json") or "[]")
+    return {one["effect"]: one["indistinguishable_from"] for one in every}
+
+
+def too_strong(rows: Sequence[Row], known: Collection[str]) -> list[str]:
+    """Return what hardly a log fails to name, or to tie with what it names.
+
+    Of effects that the logs cannot tell apart, the one that most of them name; none
+    that is ``known`` already.
+    """
+    named = [row for row in rows if row.get("error") is None]
+    ties = [_ties(row) for row in named]
+    count = Counter(e for t in ties for e in {*t, *chain(*t.values())})
+    found: list[str] = []
+    for one in recurring(named, "causes"):
+        effect = one["causes"]
+        alike = {effect, *tied_with(rows, effect)}
+        if count[effect] >= PLAIN * len(named) and alike.isdisjoint({*known, *found}):
+            found.append(effect)
+    return found
 
 
 def recurring(rows: Iterable[Row], key: str = "findings") -> list[dict[str, Any]]:
@@ -251,11 +284,7 @@ def pooled(
     found: Explained = pool(groups)
     causes = [_cause(cause, rows) for cause in found.causes]
     known = {e for c in causes for e in (c["effect"], *c["indistinguishable_from"])}
-    strong = [
-        one["causes"]
-        for one in recurring(rows, "causes")
-        if one["share"] >= PLAIN and one["causes"] not in known
-    ]
+    strong = too_strong(rows, known)
     if strong:  # about none these forms do not hold, and others make up for that
         causes = [cause for cause in causes if cause["named_alone_in"]]
     return {

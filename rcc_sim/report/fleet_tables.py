@@ -51,7 +51,7 @@ def lines(found: Doc) -> list[str]:
         ]
         told.append("each on its own: " + ", ".join([*counted, *named]))
     if found.get("pooled"):
-        told += pooled_lines(found["pooled"])
+        told += pooled_lines(found["pooled"], found.get("effects") or [])
     return told
 
 
@@ -63,13 +63,13 @@ def place_of(energy: Doc) -> str:
     return f" at the {energy['at']}{rest}"
 
 
-def pooled_lines(pooled: Doc) -> list[str]:
-    """Return what the logs show together."""
+def pooled_lines(pooled: Doc, effects: list[Doc]) -> list[str]:
+    """Return what the logs show together, beside what single ones name."""
     if strong := pooled.get("too_strong"):
         several = len(strong) > 1
-        what = (
-            f"{listed(strong)} {'are' if several else 'is'} too strong to be added up"
-        )
+        tied = {e["effect"]: e["indistinguishable_from"] for e in effects}
+        each = [f"{name}{_or(tied.get(name, []))}" for name in strong]
+        what = f"{listed(each)} {'are' if several else 'is'} too strong to be added up"
         told = [
             f"together, {_logs(pooled['logs'])}: {what}; the logs' own figures hold"
         ]
@@ -88,9 +88,13 @@ def _strength(effect: Doc) -> str:
     return f" ({effect['parameter']} {figures(effect['median'])})"
 
 
+def _or(tied: list[str]) -> str:
+    """Return what logs cannot tell from an effect, in words."""
+    return f" (or {', '.join(tied)}: these logs cannot tell)" if tied else ""
+
+
 def _pooled_line(cause: Doc, pooled: Doc) -> str:
-    tied = cause["indistinguishable_from"]
-    same = f" (or {', '.join(tied)}: these logs cannot tell)" if tied else ""
+    same = _or(cause["indistinguishable_from"])
     scatter = (
         f", from log to log ± {figures(cause['spread'], 2)}" if cause["spread"] else ""
     )
@@ -153,6 +157,7 @@ def effects_table(effects: list[Doc]) -> Table:
     return [
         {
             "effect": effect_title(row["effect"]),
+            "or": ", ".join(row["indistinguishable_from"]),
             "logs": row["logs"],
             "share": percent(row["share"]),
             "parameter": row["parameter"] or "",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 import os
 
 import numpy as np
@@ -235,3 +236,26 @@ def test_a_summary_sums_energies_and_gathers_by_class():
         ("0 to 5", 2),
     ]
     assert found["by"]["vehicle"][0]["logs"] == 3
+
+
+def named(effect, *tied):
+    """Return the columns of a log that names an effect which others tie with."""
+    one = {"effect": effect, "indistinguishable_from": list(tied)}
+    return {"status": "explained", "causes": [effect], "causes_json": json.dumps([one])}
+
+
+def test_logs_that_name_one_of_a_tie_each_name_one_cause():
+    ties = [("rubs", "rolls"), ("rubs", "rolls", "iron"), ("rubs", "rolls")]
+    rows = [row(**named(*tie)) for tie in [*ties, ("rolls", "rubs")]]
+    found = summary(rows, "diagnose")
+    assert found["pooled"]["too_strong"] == ["rubs"]
+    told = {e["effect"]: e["indistinguishable_from"] for e in found["effects"]}
+    assert told == {"rubs": ["rolls"], "rolls": ["rubs"]}
+    assert "rubs (or rolls: these logs cannot tell) is too strong" in lines(found)[-1]
+
+
+def test_a_cause_that_too_few_logs_name_or_tie_with_is_none_of_all():
+    rows = [row(**named("rubs", "rolls")) for _ in range(3)]
+    rows += [row(**named("drag")), row(**named("drag", "rolls"))]
+    assert summary(rows, "diagnose")["pooled"]["too_strong"] == []
+    assert lines(summary(rows, "diagnose"))[-1] == "together, 0 logs: no cause"
