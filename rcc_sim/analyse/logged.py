@@ -57,11 +57,14 @@ class Logged:
         What the check found, and what was left out of the comparison.
     reading : Log
         What the reader made of the file.
+    hidden : tuple of str
+        Measured columns that were left out as if the file did not have them.
     """
 
     log: Trace
     findings: tuple[Finding, ...]
     reading: Log
+    hidden: tuple[str, ...] = ()
 
 
 def open_log(
@@ -109,7 +112,8 @@ def open_log(
     _refuse(log, checked.unusable)
     told = [f for f in checked.findings if not turned or f.kind != turned[0].kind]
     own = (*notes, *turned, *held, *renewed)
-    return Logged(log, (*file_findings(reading), *own, *told), reading)
+    findings = (*file_findings(reading), *own, *told)
+    return Logged(log, findings, reading, tuple(hide))
 
 
 def steered(trace: Trace, vehicle: Vehicle) -> Trace:

@@ -73,6 +73,8 @@ class Diagnosis:
         Log that is shown: of several, the one whose energy is farthest off.
     asked : tuple of str
         Effects that were considered alone; empty: all that could show.
+    hidden : tuple of str
+        Measured columns that were left out.
     """
 
     vehicle: Vehicle
@@ -92,6 +94,7 @@ class Diagnosis:
     withdrawn: tuple[str, ...] = ()
     shown: int = 0
     asked: tuple[str, ...] = ()
+    hidden: tuple[str, ...] = ()
 
     def document(self) -> dict[str, Any]:
         """Return what ``--json`` prints."""
@@ -111,6 +114,7 @@ class Diagnosis:
             "status": self.status,
             "where": where(first),
             "candidates": list(self.asked),
+            "hidden": list(self.hidden),
             "causes": [self._cause(a) for a in self.asserted],
             "ranking": ranking(self.found, list(self.asserted), self.left, self.status),
             "shrink": {
@@ -123,6 +127,7 @@ class Diagnosis:
                 "energy_by_measured_torque": self.by_torque,
             },
             "moved": moved(self.fit, self.vehicle.figures()),
+            "figures": {k: self._told(k, x) for k, x in self._moved().items()},
             "prices": self.prices and asdict(self.prices),
             "unexplained": unexplained,
             "next_experiment": [e.document() for e in self.experiments],
@@ -140,6 +145,10 @@ class Diagnosis:
             "parameters": {k: e.document() for k, e in a.figures.items()},
             "varies": bool(a.cause.profiles),
             "indistinguishable_from": list(a.cause.tied),
+            "instead": {
+                effect: {k: e.document() for k, e in own.items()}
+                for effect, own in a.instead.items()
+            },
             "explains": min(max(gain, 0.0) / most, 1.0),
             "nats": a.cause.gain,
             "energy_wh": self.prices and self.prices.causes[a.cause.effect],
@@ -198,6 +207,12 @@ class Diagnosis:
                     out[knob.key] = self._figure(knob, sd)
         return out
 
+    def _told(self, key: str, figure: Figure) -> dict[str, float | None]:
+        """Return what ``--json`` prints of a figure of the mended file."""
+        stated = next(k.value for k in self.fit.knobs if k.key == key)
+        low, high = figure.interval
+        return {"stated": stated, "value": figure.value, "low": low, "high": high}
+
     def _figure(self, knob: Knob, sd: float) -> Figure:
         """Return a figure that the logs moved; its interval ends where it must."""
         value = self.fit.values[knob.key]
@@ -220,8 +235,9 @@ class Diagnosis:
 
     @property
     def source(self) -> str:
-        """Where derived figures come from."""
-        return "derived: " + ", ".join(g.log for g in self.gaps)
+        """Where derived figures come from, and what their logs held back."""
+        logs = "derived: " + ", ".join(g.log for g in self.gaps)
+        return logs + f" without {', '.join(self.hidden)}" * bool(self.hidden)
 
     def effects(self) -> dict[str, dict[str, Figure]]:
         """Causes as the mended file states them; profiles are written apart.
@@ -233,8 +249,17 @@ class Diagnosis:
         found = {"wheel_radius": {"scale": radius}} if radius else {}
         return found | {
             a.cause.effect: {
-                k: Figure(e.value, e.sd, e.low, e.high, self.source)
+                k: Figure(e.value, e.sd, e.low, e.high, self.source + _or_else(a))
                 for k, e in a.figures.items()
             }
             for a in self.asserted
         }
+
+
+def _or_else(a: Asserted) -> str:
+    """Return what the logs cannot tell from a cause, and how strong it would be."""
+    told = [
+        f"{effect} ({', '.join(f'{k} {e.value:.4g}' for k, e in own.items())})"
+        for effect, own in a.instead.items()
+    ]
+    return f"; cannot be told from {' or '.join(told)}" if told else ""

@@ -9,8 +9,8 @@ from math import exp, inf
 import numpy as np
 from numpy.typing import NDArray
 
+from rcc_sim.analyse.gap_replays import sd_of
 from rcc_sim.analyse.offsets import offset_sd
-from rcc_sim.definitions.figure import Z_90
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.shapes import SCALE
@@ -131,9 +131,7 @@ def tolerance_knobs(problem: Problem) -> list[Knob]:
     for key, figure in problem.vehicle.figures().items():
         if key == YAW_INERTIA and problem.drive.turns_as_measured:
             continue  # its torque is that of the yaw rate's noise
-        sd = figure.sd
-        if not sd and figure.low is not None and figure.high is not None:
-            sd = (figure.high - figure.low) / (2 * Z_90)
+        sd = sd_of(figure)
         if sd > 0 and key == "tyres.radius_m":
             # what was logged came about by the file's radius: the true one differs
             if RADIUS not in problem.vehicle.figures():

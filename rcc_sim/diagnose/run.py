@@ -101,6 +101,7 @@ def diagnose(
         able = candidates_for(problems, candidates, withheld)
         found = compete(engine, able, told)
     gaps = tuple(where)
+    hidden = tuple(dict.fromkeys(c for one in logs for c in one.hidden))
     told("what is left")
     left = remainder(found.engine, found.fit, constant(found.causes))
     causes = [c for c in found.causes if is_steady(c, left)]
@@ -153,7 +154,14 @@ def diagnose(
     early = [ends_early(c, fit, vehicle.known) for c in causes]
     asserted = tuple(
         Asserted(
-            c, probability(c, left, farthest, ends=end), estimates(fit, c, stated, row)
+            c,
+            probability(c, left, farthest, ends=end),
+            estimates(fit, c, stated, row),
+            {
+                r.effect: estimates(r.fit, r.in_place_of(c), stated, row)
+                for r in known.rivals.get(c.effect, [])
+                if r.effect in c.tied
+            },
         )
         for c, end in zip(causes, early, strict=True)
     )
@@ -175,7 +183,7 @@ def diagnose(
     return Diagnosis(
         vehicle, problems[shown], gaps, status, asserted, found, fit, left, shrink,
         before, after, by_torque, runs, tuple(one.log.name for one in holdouts),
-        refuted, shown, tuple(candidates),
+        refuted, shown, tuple(candidates), hidden,
     )  # fmt: skip
 
 

@@ -88,6 +88,12 @@ class Rival:
         """Its id."""
         return self.screened.candidate.effect
 
+    def in_place_of(self, cause: Cause) -> Cause:
+        """Return it as the cause, by what it would then gain."""
+        keys = tuple(self.screened.values)
+        gain = cause.gain - self.behind
+        return replace(cause, effect=self.effect, keys=keys, gain=gain)
+
     @property
     def is_tied(self) -> bool:
         """Whether these logs cannot tell it from the cause.
@@ -147,9 +153,7 @@ def settled(
             best = better(causes[i], mine)
             if best is None:
                 break
-            keys = tuple(best.screened.values)
-            gain = causes[i].gain - best.behind
-            causes[i] = replace(cause, effect=best.effect, keys=keys, gain=gain)
+            causes[i] = best.in_place_of(causes[i])
             fit = descent.fit(engine, best.fit.values, best.fit.knobs)
             mine = in_place(engine, fit, causes[i], causes, candidates)
         found[causes[i].effect] = mine

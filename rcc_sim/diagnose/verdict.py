@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import exp, hypot, inf, isfinite, log
 from typing import Any
 
@@ -111,11 +111,14 @@ class Asserted:
         That it, or one it is tied with, acts.
     figures : dict
         Parameter -> estimate.
+    instead : dict
+        Effect that the logs cannot tell from it -> the same of that, in its place.
     """
 
     cause: Cause
     probability: float
     figures: dict[str, Estimate]
+    instead: dict[str, dict[str, Estimate]] = field(default_factory=dict)
 
 
 def standing(

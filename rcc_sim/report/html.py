@@ -159,6 +159,8 @@ def _figures(report: Report) -> list[tuple[str, str, str]]:
         found.append(("Doubt", f"± {figures(twice, 2)} Wh", "twice u_val"))
     if shrink.get("energy_gap_percent_after") is not None:
         word = "held out" if shrink.get("held_out") else "not held out"
+        if shrink.get("energy_by_measured_torque"):
+            word += ", by the torque measured"
         after = f"{figures(shrink['energy_gap_percent_after'], 2)} %"
         found.append(("Energy gap once mended", after, word))
     if shrink.get("explained") is not None:

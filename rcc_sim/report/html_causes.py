@@ -62,10 +62,7 @@ def _asserted(diagnosis: Mapping[str, Any]) -> Markup:
             "probability": probable(cause.get("probability")),
             "explains": percent(cause.get("explains")),
             "energy": _added(cause.get("energy_wh")),
-            "others": ", ".join(
-                effect_title(str(o)) for o in cause.get("indistinguishable_from") or []
-            )
-            or "–",
+            "others": _others(cause),
         }
         for cause in found
     ]
@@ -78,6 +75,16 @@ def _asserted(diagnosis: Mapping[str, Any]) -> Markup:
         Column("This log cannot tell it from", "others"),
     )
     return table(columns, rows)
+
+
+def _others(cause: Mapping[str, Any]) -> Markup | str:
+    """Return what would do in a cause's place, and how strong it would be."""
+    own = cause.get("instead") or {}
+    lines = [
+        tag("div", effect_title(str(name)), _parameters(own.get(name) or {}))
+        for name in cause.get("indistinguishable_from") or []
+    ]
+    return joined(*lines) if lines else "–"
 
 
 def _added(energy: Any) -> str:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import re
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from math import exp
 
 import numpy as np
 
 from rcc_sim.analyse.gap_energy import COVERAGE, EnergyGap, logged_power
 from rcc_sim.analyse.gap_regimes import moving_mean
+from rcc_sim.analyse.gap_replays import sd_of
 from rcc_sim.diagnose.cause import TIED
 from rcc_sim.diagnose.diagnosis import Diagnosis
 from rcc_sim.diagnose.experiment import Experiment
@@ -41,7 +42,7 @@ WORDS = {
     "unexplained": "a real gap that none of the effects explains",
 }
 
-RARE = "19 of 20 sound drives are less far off in energy; one more drive would tell"
+RARE = "19 of 20 sound drives are less far off in energy: one more drive would tell"
 """What an energy gap beyond its expanded uncertainty is where no cause stands."""
 
 CERTAIN = 1000.0
@@ -196,14 +197,15 @@ def _within(e: EnergyGap) -> str:
 
 def _verdict(found: Diagnosis) -> str:
     """Return the status, and why there is a cause where the energy asks for none."""
+    energies = [g.energy.within for g in found.gaps]
     told = WORDS[found.status].replace("no gap", _no_gap(found))
     if found.asked and found.status == "unexplained":
         told = f"a real gap that {listed(found.asked, 'or')} does not explain"
         told += ", and nothing else was asked for"
-    if found.asserted and all(g.energy.within for g in found.gaps):
+    if found.status == "no_gap" and False in energies:
+        told = told.replace("no gap", "no cause: no gap row by row") + f"; {RARE}"
+    elif found.status != "no_gap" and all(energies):
         told += "; by its energy alone tolerances would do, row by row they do not"
-    if found.status == "no_gap" and any(g.energy.within is False for g in found.gaps):
-        told += f"; {RARE}"
     return told
 
 
@@ -225,20 +227,26 @@ def _bars(found: Diagnosis, room: int) -> tuple[str, str] | None:
 
 
 def _cause(a: Asserted) -> str:
-    told = ", ".join(
+    sure, first = probable(a.probability), a.cause.effect
+    if not a.cause.tied:
+        return f"{first}, probability {sure}: {_figures(a.figures)}"
+    any_of = " or ".join((first, *a.cause.tied))
+    each = [(first, a.figures), *a.instead.items()]
+    told = [f"if {effect}: {_figures(own)}" for effect, own in each]
+    return (
+        f"{any_of}: this log cannot tell them apart, probability {sure} that one of "
+        f"them acts; {'; '.join(told)}"
+    )
+
+
+def _figures(told: Mapping[str, Estimate]) -> str:
+    """Return the figures of an effect, each with its interval."""
+    return ", ".join(
         f"{k} {_ends(x)}{figures(x.value, 4)} ({figures(x.low, 4)} to "
         + f"{figures(x.high, 4)})"
         + ", at its bound" * (x.value in (x.low, x.high))
         + (f", stated {figures(x.stated, 4)}" if x.stated is not None else "")
-        for k, x in a.figures.items()
-    )
-    sure, first = probable(a.probability), a.cause.effect
-    if not a.cause.tied:
-        return f"{first}, probability {sure}: {told}"
-    any_of = " or ".join((first, *a.cause.tied))
-    return (
-        f"{any_of}: this log cannot tell them apart, probability {sure} that one of "
-        f"them acts; if {first}: {told}"
+        for k, x in told.items()
     )
 
 
@@ -307,12 +315,13 @@ def _ledger(found: Diagnosis) -> Iterator[tuple[str, str]]:
     prices = found.prices
     if prices is None:
         return
+    how = "by the motion alone: " * found.by_torque
     steps = [f"{name} {_wh(wh)}" for name, wh in prices.causes.items()]
     steps += [
         f"stated figures that moved {_wh(prices.figures_wh)}",
         f"unexplained {_wh(prices.unexplained_wh)}",
     ]
-    yield "ENERGY", ", ".join(steps)
+    yield "ENERGY", how + ", ".join(steps)
 
 
 def _doubt(found: Diagnosis) -> Iterator[tuple[str, str]]:
@@ -326,10 +335,16 @@ def _doubt(found: Diagnosis) -> Iterator[tuple[str, str]]:
 
 
 def _moved(found: Diagnosis) -> Iterator[tuple[str, str]]:
-    """Stated figures that the logs moved farthest, in their sds."""
-    pulls = moved(found.fit, found.vehicle.figures())
+    """Stated figures that the logs moved farthest: from, to, in their sds."""
+    stated = found.vehicle.figures()
+    pulls = moved(found.fit, stated)
     if pulls:
-        told = (f"{key} {_rounded(x, 1)} sd" for key, x in list(pulls.items())[:SHOWN])
+        told = (
+            f"{key} {figures(stated[key].value, 4)} to "
+            f"{figures(stated[key].value + x * sd_of(stated[key]), 4)} "
+            f"({_rounded(x, 1)} sd)"
+            for key, x in list(pulls.items())[:SHOWN]
+        )
         yield "MOVED", "; ".join(filter(None, (", ".join(told), doubt_of(pulls))))
 
 

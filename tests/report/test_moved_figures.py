@@ -1,10 +1,11 @@
-"""Stated figures that a log moved are named on the screen, in their sds."""
+"""Stated figures that a log moved are named on the screen: from, to, in their sds."""
 
 from math import inf
 from types import SimpleNamespace
 
 from rcc_sim.analyse.logged import Logged
 from rcc_sim.definitions.cycle import Cycle, parse_cycle
+from rcc_sim.definitions.figure import Figure
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.knobs import Knob
 from rcc_sim.diagnose.run import diagnose
@@ -14,6 +15,7 @@ from rcc_sim.simulate.run import LaneChanges, simulate
 from rcc_sim.trace import Trace
 
 STATED = {"body.mass_kg": 3.0, "tyres.radius_m": 0.05, "body.yaw_inertia_kgm2": 0.04}
+FIGURES = {key: Figure(x, 0.01 * x) for key, x in STATED.items()}
 
 
 def test_the_farthest_come_first_and_those_within_an_sd_are_silent():
@@ -22,15 +24,16 @@ def test_the_farthest_come_first_and_those_within_an_sd_are_silent():
     moved = {"body.mass_kg": 3.045, "tyres.radius_m": 0.049, "bias.0.x": 5.0}
     values = {k.key: k.value for k in knobs} | moved | {"effects.payload.mass_kg": 1.0}
     fit = SimpleNamespace(knobs=knobs, values=values)
-    vehicle = SimpleNamespace(figures=lambda: STATED)
+    vehicle = SimpleNamespace(figures=lambda: FIGURES)
     told = list(_moved(SimpleNamespace(fit=fit, vehicle=vehicle)))
-    assert told == [("MOVED", "tyres.radius_m −2.0 sd, body.mass_kg +1.5 sd")]
+    says = "tyres.radius_m 0.05 to 0.049 (−2.0 sd), body.mass_kg 3 to 3.045 (+1.5 sd)"
+    assert told == [("MOVED", says)]
 
 
 def test_where_none_moved_nothing_is_said():
     knobs = [Knob(k, v, 0.01 * v) for k, v in STATED.items()]
     fit = SimpleNamespace(knobs=knobs, values=STATED)
-    vehicle = SimpleNamespace(figures=lambda: STATED)
+    vehicle = SimpleNamespace(figures=lambda: FIGURES)
     assert list(_moved(SimpleNamespace(fit=fit, vehicle=vehicle))) == []
 
 
