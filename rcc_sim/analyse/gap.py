@@ -238,7 +238,7 @@ def _refuse_unusable(logged: Logged, vehicle: Vehicle) -> None:
             raise InputError(
                 f"{log.name}: speed_mps: {finding.what}",
                 "the motion has to drive the model, for the log holds no commands "
-                f"that {vehicle.name} obeys; {finding.action}",
+                f"that {vehicle.name} obeys; {finding.mend}",
             )
 
 

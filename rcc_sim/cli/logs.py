@@ -130,9 +130,16 @@ def write_page(page: Report, path: Path) -> None:
 
 
 def notes_of(findings: Iterable[Finding], notes: Iterable[str] = ()) -> list[str]:
-    """Return what was found wrong with a log, worse than a note, and other notes."""
-    wrong = [f for f in findings if f.severity != "info"]
-    return [*(f"{f.channel} {f.what}; {f.action}" for f in wrong), *notes]
+    """Return what was found wrong with a log, what is none of ours, and other notes."""
+    findings = list(findings)
+    told = [
+        f"{f.channel} {f.what}; {f.action}" for f in findings if f.severity != "info"
+    ]
+    unknown = [f for f in findings if f.kind == "unknown"]
+    if unknown:
+        names = ", ".join(f.channel for f in unknown)
+        told.append(f"{names}: no column of rccsim's; {unknown[0].action}")
+    return [*told, *notes]
 
 
 def tell_notes(notes: Sequence[tuple[str, list[str]]]) -> None:

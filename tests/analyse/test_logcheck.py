@@ -314,3 +314,23 @@ def test_a_voltage_of_another_battery_asks_whose_log_it_is():
     (finding,) = found(checked, "other_battery", "battery_voltage_v")
     assert "was it this vehicle" in finding.action
     assert battery_of_another(checked.findings) == finding.what
+
+
+@pytest.mark.parametrize("by_power", [True, False], ids=["power", "volts_amperes"])
+def test_a_standing_car_tells_auxiliaries_that_are_in_kilowatts(by_power):
+    """It draws its base load of 524 W besides, and nothing else."""
+    log = driven("bmw_i3", "udds", None, None, True)
+    heat = 2000.0 + 500.0 * np.sin(0.01 * log["time_s"])
+    more = {name: log[name] for name in ("battery_voltage_v", "battery_current_a")}
+    more["battery_current_a"] = more["battery_current_a"] + heat / 380.0
+    if by_power:
+        more = {"battery_power_w": log["battery_power_w"] + heat}
+    columns = {"time_s": log["time_s"], "speed_mps": log["speed_mps"], **more}
+    right = Trace({**columns, "aux_power_w": heat}, name="log")
+    car = load_vehicle("bmw_i3")
+    assert not grave(check_log(right, car))
+    wrong = with_fault(right, "aux_power_w", lambda p: p / 1000)
+    (finding,) = found(check_log(wrong, car), "unit", "aux_power_w")
+    assert "kW" in finding.what and finding.factor == pytest.approx(1000.0)
+    fan = with_fault(right, "aux_power_w", lambda p: p / 200)  # alone is logged
+    assert not grave(check_log(fan, car))

@@ -80,6 +80,11 @@ class Finding:
     end_s: float | None = None
     factor: float | None = None
 
+    @property
+    def mend(self) -> str:
+        """What would mend it, where the channel cannot be left out."""
+        return self.action.removeprefix(f"{DROPPED}; ")
+
 
 @dataclass(frozen=True)
 class Checked:

@@ -37,6 +37,7 @@ UNITS: dict[str, tuple[tuple[float, str], ...]] = {
     "battery_voltage_v": ((1000.0, "mV"),),
     "battery_current_a": ((1000.0, "mA"),),
     "battery_power_w": ((0.001, "kW"), (1000.0, "mW")),
+    "aux_power_w": ((0.001, "kW"),),
     "x_m": ((1000.0, "mm"), (100.0, "cm")),
     "distance_m": ((1000.0, "mm"), (0.001, "km")),
     "time_s": ((1e3, "ms"), (1e6, "µs"), (1e9, "ns")),

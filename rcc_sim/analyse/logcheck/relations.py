@@ -33,6 +33,15 @@ losses, friction brakes, hills and a load that the file does not know. Speeds in
 make it five times too little, in km/h thirteen times."""
 
 
+STILL = 0.01
+"""Share of the largest speed below which a car stands."""
+
+AUXILIARY, FEW = 30.0, 2e-3
+"""Times more than what a log calls its auxiliaries that a standing car may draw without
+doubt; and share of what it draws, above which they may be a fan alone that is logged:
+a factor of a thousand is less than that."""
+
+
 class Relation(NamedTuple):
     """A channel against what others say it should be.
 
@@ -118,7 +127,7 @@ FOLLOWED = (
     *("speed_mps", "speed_ref_mps", "steer_cmd_rad", "yaw_rate_radps", "yaw_rad"),
     *("accel_x_mps2", "accel_y_mps2", "motor_speed_radps", "motor_current_a"),
     *("motor_torque_nm", "battery_current_a", "battery_voltage_v", "slope"),
-    *("battery_power_w", "x_m", "y_m", "distance_m"),
+    *("battery_power_w", "aux_power_w", "x_m", "y_m", "distance_m"),
 )
 
 
@@ -159,7 +168,7 @@ def slope(
 def relations(m: Means, vehicle: Vehicle | None) -> list[Relation]:
     """Return every relation that the channels (and the vehicle) allow."""
     found: list[Relation | None] = []
-    for build in (_motion, _turning, _pose, _drive, _power):
+    for build in (_motion, _turning, _pose, _drive, _power, _resting):
         found += build(m, vehicle)
     return [relation for relation in found if relation is not None]
 
@@ -350,14 +359,21 @@ def _power(m: Means, vehicle: Vehicle | None) -> list[Relation | None]:
         for name in ("battery_current_a", "battery_power_w")
         if name in c
     ]
-    return out + _watts(c, electric, inertial, vehicle)
+    return out + _stated(c, inertial, vehicle)
 
 
-def _watts(
-    c: dict[str, Array],
-    electric: Array | None,
-    inertial: Array,
-    vehicle: Vehicle | None,
+def _watts(c: dict[str, Array]) -> tuple[tuple[str, ...], Array | None]:
+    """Return the battery's power, and the columns that it is the product of."""
+    if "battery_power_w" in c:
+        return ("battery_power_w",), c["battery_power_w"]
+    if "battery_voltage_v" in c and "battery_current_a" in c:
+        pair = "battery_voltage_v", "battery_current_a"
+        return pair, c[pair[0]] * c[pair[1]]
+    return (), None
+
+
+def _stated(
+    c: dict[str, Array], inertial: Array, vehicle: Vehicle | None
 ) -> list[Relation | None]:
     """Return what the vehicle's own figures say of volts, amperes and watts."""
     if vehicle is None:
@@ -380,15 +396,12 @@ def _watts(
                 )
             )
     kinetic = vehicle.body.mass_kg.value * inertial
-    power = c.get("battery_power_w", electric)
+    watts, power = _watts(c)
     if power is not None:
-        watts = {"battery_power_w": 1}
-        if "battery_power_w" not in c:
-            watts = {"battery_voltage_v": 1, "battery_current_a": 1}
         out.append(
             slope(
                 "battery power against mass times speed times its change",
-                watts | {"speed_mps": -2, "time_s": 1},
+                {**dict.fromkeys(watts, 1), "speed_mps": -2, "time_s": 1},
                 power,
                 kinetic,
                 loose=WORK,
@@ -396,3 +409,23 @@ def _watts(
             )
         )
     return out
+
+
+def _resting(m: Means, vehicle: Vehicle | None) -> list[Relation | None]:
+    """Return whether a standing car draws far more than what its auxiliaries are."""
+    c = m.columns
+    watts, power = _watts(c)
+    if power is None or not {"speed_mps", "aux_power_w"} <= set(c):
+        return []
+    speed = np.abs(c["speed_mps"])
+    still = speed < STILL * np.nanmax(speed, initial=0.0)
+    seen = slope(
+        "auxiliary power against the battery's at rest",
+        {"aux_power_w": 1, **dict.fromkeys(watts, -1)},
+        c["aux_power_w"][still],
+        power[still],
+        loose=AUXILIARY,
+        least=0.5,
+        through_zero=True,
+    )
+    return [seen] if seen is not None and 0 < seen.middle < FEW else []
