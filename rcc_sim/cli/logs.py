@@ -34,7 +34,8 @@ Hide = Annotated[
 Repeats = Annotated[
     list[str] | None,
     typer.Option(
-        help="Another log of the same drive, to know the noise by; repeatable.",
+        help="Another log of the same drive: how they scatter is the noise by which "
+        "the gap is judged; repeatable.",
         metavar="LOG",
     ),
 ]

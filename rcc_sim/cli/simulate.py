@@ -36,6 +36,13 @@ def register(app: typer.Typer) -> None:
     app.command("simulate", epilog=EXAMPLE)(simulate)
 
 
+BESIDE = (
+    ("steer_cmd_rad", "steer", "--steer-log"),
+    ("slope", "slope", "--road-log"),
+    ("aux_power_w", "aux_power", "--aux-log"),
+)
+"""Column of a cycle's file that is none of the cycle, what follows it, and by what."""
+
 EXAMPLE = (
     "Example: rccsim scale-cycle udds --from r1t --to rcc "
     "| rccsim simulate rcc --cycle - --lane-change-every 20 | rccsim energy -"
@@ -120,6 +127,7 @@ def simulate(
         "aux_power": _auxiliary(aux_log),
         "output_rate": output_rate,
     }
+    _tell_unused(cycle, drive, how)
     result = runs.simulate(car, drive, substeps=substeps, **how)
     for note in result.notes:
         warn(note)
@@ -173,6 +181,14 @@ def _drive(cycle: str | None, throttle_log: str | None) -> tuple[Cycle, Profile 
     if cycle is not None:
         return parse_cycle(cycle, sys.stdin), None
     return throttle_drive(read_trace(throttle_log or ""))
+
+
+def _tell_unused(path: str | None, drive: Cycle, how: dict[str, Any]) -> None:
+    """Warn of what a cycle's file holds beside its speeds that is not followed."""
+    for column, key, option in BESIDE:
+        steered = key == "steer" and how["lanes"] is not None
+        if column in drive.others and how[key] is None and not steered:
+            warn(f"{path}: {column} is not followed; {option} takes such a file")
 
 
 def _steer(path: str | None, every: float | None) -> Profile | None:

@@ -44,6 +44,8 @@ class Cycle:
         Never negative. Read-only. [m/s]
     source : str
         Where the figures come from.
+    others : tuple of str
+        Columns beside them in the file as it was read, which are no part of it.
 
     Raises
     ------
@@ -55,6 +57,7 @@ class Cycle:
     time_s: NDArray[np.float64]
     speed_mps: NDArray[np.float64]
     source: str = ""
+    others: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         time = _column(self.name, self.time_s)
@@ -130,7 +133,7 @@ class Cycle:
         inside = (elapsed > first) & (elapsed < last)
         time = np.concatenate(([first], elapsed[inside], [last]))
         speed = np.interp(time, elapsed, self.speed_mps)
-        return Cycle(name, time - first, speed, self.source)
+        return Cycle(name, time - first, speed, self.source, self.others)
 
     def repeat(self, n: int) -> Cycle:
         """The cycle `n` times over, joined as by `join`.
@@ -261,7 +264,8 @@ def read_cycle(source: str | Path | TextIO, name: str = "", origin: str = "") ->
     _check_rows(where, rows)
     plain = Path(where).name.removesuffix(".gz").removesuffix(".csv")
     time, speed = np.asarray(rows.time), np.asarray(rows.speed)
-    return Cycle(name or plain, time, speed, origin or Path(where).name)
+    source = origin or Path(where).name
+    return Cycle(name or plain, time, speed, source, rows.others)
 
 
 def list_cycles(places: Sequence[Place] | None = None) -> list[Entry]:

@@ -37,12 +37,15 @@ class Rows(NamedTuple):
         Line in the file, counted from 1.
     speed_column : str
         The column that the speed was read from.
+    others : tuple of str
+        Columns that no cycle has.
     """
 
     time: array[float]
     speed: array[float]
     line: array[int]
     speed_column: str
+    others: tuple[str, ...]
 
 
 def read_rows(source: str | Path | TextIO, where: str) -> Rows:
@@ -99,7 +102,8 @@ def _parse(stream: TextIO, where: str) -> Rows:
     columns = [cell.strip() for cell in header]
     i_time, i_speed = _columns(columns, where, reader.line_num)
     width = max(i_time, i_speed) + 1
-    rows = Rows(array("d"), array("d"), array("q"), columns[i_speed])
+    others = tuple(c for i, c in enumerate(columns) if i not in (i_time, i_speed))
+    rows = Rows(array("d"), array("d"), array("q"), columns[i_speed], others)
     for row in reader:
         if len(row) != len(columns) or not row[i_time].strip():
             if not any(cell.strip() for cell in row):

@@ -120,6 +120,16 @@ def test_a_surveyed_road_and_a_logged_load_are_driven(cycle, tmp_path):
     failed(done, "distance_m")
 
 
+def test_what_a_cycle_file_holds_beside_its_speeds_is_told_unless_followed(tmp_path):
+    run = tmp_path / "run.csv"
+    run.write_text("time_s,speed_mps,steer_cmd_rad\n0,0,0\n2,3,0.1\n9,0,0.1\n")
+    done = rccsim("simulate", "rcc", "--cycle", run)
+    assert "steer_cmd_rad is not followed; --steer-log" in done.stderr
+    for words in (["--steer-log", run], ["--lane-change-every", "3"]):
+        done = rccsim("simulate", "rcc", "--cycle", run, *words)
+        assert "not followed" not in done.stderr
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [
