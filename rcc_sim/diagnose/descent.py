@@ -21,8 +21,10 @@ PATIENT, ROUNDS = 6, 18
 """Rounds from which on a fit goes on only while each settles something, and most of
 them: where mass and a rotor's inertia trade, a valley bends at every step."""
 
-LEARNT = 3
-"""Times that the noise is learnt anew at most, from what a better fit leaves."""
+LEARNT = 8
+"""Times that the noise is learnt anew at most, from what a better fit leaves: an
+offset of a battery's voltage and its resistance, by which noise that remembers may pass
+for either, took seven."""
 
 LEAPS, SETTLED = 4, 0.5
 """Steps along which a figure is followed, or times that thresholds leap, at most; and
