@@ -1,0 +1,50 @@
+"""A fit is done once the noise that it leaves asks for no other figures."""
+
+from dataclasses import dataclass
+from types import SimpleNamespace
+
+import pytest
+
+from rcc_sim.diagnose import descent
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """What a fit would be of one figure: how far it is off, and its score."""
+
+    score: float
+    off: float
+    noise: float = 0.0
+    values: tuple = ()
+    knobs: tuple = ()
+    signals: tuple = ()
+
+    @property
+    def residuals(self):
+        return self.off
+
+
+class Engine(SimpleNamespace):
+    """Noise that takes up ``share`` of what a figure is off leaves it as much off."""
+
+    def evaluate(self, values, knobs, noise):
+        return Fitted(0.0, 100.0, 50.0 if noise is None else noise)
+
+    def signals(self, values, knobs):
+        return ()
+
+    def learn_noise(self, residuals):
+        return self.share * residuals
+
+    def judged(self, fit, noise):
+        return Fitted(fit.score, fit.off, noise)
+
+
+@pytest.mark.parametrize("share", [0.1, 0.5])
+def test_noise_is_learnt_until_that_leads_no_further(share, monkeypatch):
+    def improved(engine, now, rounds):
+        return Fitted(now.score + now.off - now.noise, now.noise, now.noise)
+
+    monkeypatch.setattr(descent, "improved", improved)
+    found = descent.fit(Engine(share=share), {}, [])
+    assert found.off < 1.0
