@@ -19,7 +19,7 @@ from rcc_sim.diagnose.knobs import nuisance_knobs
 from rcc_sim.diagnose.noise import Whitener
 from rcc_sim.diagnose.profile import overlap, shares
 from rcc_sim.diagnose.refine import Refined, contenders
-from rcc_sim.diagnose.remainder import Remainder, remainder
+from rcc_sim.diagnose.remainder import DRAG_OVER_TIME, Remainder, remainder
 from rcc_sim.diagnose.screen import Screened, shared
 from rcc_sim.diagnose.starts import screened
 from rcc_sim.diagnose.sums import with_all_figures
@@ -45,9 +45,6 @@ UNLIKE = {"road_grade": 0.85, "auxiliary_load": 0.97}
 """Share of the nats of an unknown profile that a named one must gain to stand: a hill
 and an unknown drag differ by the accelerometer alone and by their knots; a heater and
 a drag differ by the speed, and in the motor's current."""
-
-WEIGHED = ("drag", "time_s")
-"""Form of something unknown that a load has been weighed against, noise and all."""
 
 MOST_CAUSES = 6
 
@@ -119,7 +116,11 @@ def compete(
         varying, refuted = profile_cause(engine, current, named - outdone)
         outdone |= refuted
         held = constant | {r.screened.candidate.effect: r.before for r in refined}
-        if varying and is_clear(varying, one, held, causes):
+        if (
+            varying
+            and is_clear(varying, one, held, causes)
+            and not (best and one and goes_first(engine, current, best, one, varying))
+        ):
             ranking[varying.effect] = max(ranking.get(varying.effect, 0), varying.gain)
             if stands_out(varying, remainder(engine, current)):
                 engine, current, causes = acting(engine, current, causes, varying)
@@ -297,6 +298,25 @@ def is_clear(
     return varying.gain > rival + enough / 2
 
 
+def goes_first(
+    engine: Engine, fit: Fit, best: Refined, one: Cause, varying: Cause
+) -> bool:
+    """Tell whether a constant cause is to be taken in before a profile.
+
+    A hill takes in what a drag does at the speeds at which it is climbed, and holds it.
+    With the drag, and what is then left of the hill, more has to be explained than by
+    the hill alone: as much as any further cause must.
+    """
+    enough = needed_gain([varying], one.shares)
+    if one.effect == varying.effect or varying.weighed or one.gain < enough:
+        return False
+    fit_one = descent.fit(engine, best.fit.values, best.fit.knobs, best.fit.noise)
+    rest, _ = profile_cause(engine, fit_one, {varying.effect})
+    both = engine.judged(fit_one, fit.noise).score - fit.score
+    both += rest.gain if rest else 0.0
+    return both - varying.gain > enough
+
+
 def outweighed(causes: Sequence[Cause], left: Remainder) -> bool:
     """Tell whether something unknown is likelier than each cause, where that shows.
 
@@ -317,7 +337,7 @@ def stands_out(varying: Cause, left: Remainder) -> bool:
     if varying.weighed:
         if not left.is_real:
             return True
-        others = (r for r in left.rivals if (r.acts_as, r.follows) != WEIGHED)
+        others = (r for r in left.rivals if (r.acts_as, r.follows) != DRAG_OVER_TIME)
         left = replace(left, rivals=tuple(others))
     unknown = left.against(varying.effect, varying.shares)
     return varying.gain > UNLIKE[varying.effect] * unknown
