@@ -8,7 +8,8 @@ import pytest
 from rcc_sim.diagnose import compete
 from rcc_sim.diagnose.cause import Cause
 
-HILL = Cause("road_grade", (), 600.0, shares=np.array([0.5, 0.5]))
+SLOPE = {0: SimpleNamespace(weighed=False)}
+HILL = Cause("road_grade", (), 600.0, profiles=SLOPE, shares=np.array([0.5, 0.5]))
 DRAG = Cause("drivetrain_damping", (), 480.0, shares=np.array([0.6, 0.4]))
 
 
