@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.simulate.drive import integral_of
+from rcc_sim.simulate.smooth import sensor_noise
 from rcc_sim.trace import Trace
 
 Array = NDArray[np.float64]
@@ -41,6 +42,11 @@ ASTRAY, NEAR = 2.0, 0.1
 OWN = 0.02
 """Share of its own size by which a heading's turn must differ from the gyro's, and from
 speed times steering, to be a measurement of its own."""
+
+
+NOISY = 0.005
+"""Share of a turn's mean square that may be the noise of its heading: a gyro that is
+judged by it seems to read too little by as much, and its gain is told to 0.01."""
 
 
 def turn_rate(time: Array, heading: Array) -> Array:
@@ -152,10 +158,13 @@ def seen_heading(log: Trace) -> Array:
 
 
 class Turn(NamedTuple):
-    """How fast a measured heading turns: once a span, since the last; at each row."""
+    """How fast a measured heading turns: once a span, since the last; at each row.
+
+    The second is None where its heading is too noisy for a gyro to be judged by it.
+    """
 
     since: Array
-    at: Array
+    at: Array | None
 
 
 def measured_turn(log: Trace, wheelbase: float) -> Turn | None:
@@ -181,7 +190,19 @@ def measured_turn(log: Trace, wheelbase: float) -> Turn | None:
         others.append(log["speed_mps"] * np.tan(log["steer_cmd_rad"]) / wheelbase)
     if any(_follows(time, rate, x) for x in others):
         return None
-    return Turn(once_a_span(time, rate), turn_at(time, heading))
+    at = turn_at(time, heading)
+    noise = noise_of_turn(time, heading)
+    clear = noise**2 <= NOISY * float(np.nanmean(at**2)) if np.isfinite(at).any() else 0
+    return Turn(once_a_span(time, rate), at if clear else None)
+
+
+def noise_of_turn(time: Array, heading: Array) -> float:
+    """Noise that a heading's own, white, makes of its turn at each row. [rad/s]"""
+    known = np.isfinite(heading)
+    noise = sensor_noise(np.unwrap(heading[known]))
+    white = np.random.default_rng(0).standard_normal(len(time))
+    made = turn_at(time, np.where(known, 1e-3 * white, np.nan))  # far less than a turn
+    return 1e3 * noise * float(np.nanstd(made)) if np.isfinite(made).any() else 0.0
 
 
 def _follows(time: Array, rate: Array, other: Array) -> bool:

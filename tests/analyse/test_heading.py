@@ -6,6 +6,7 @@ import pytest
 from rcc_sim.analyse.heading import (
     lost,
     measured_turn,
+    noise_of_turn,
     once_a_span,
     turn_at,
     turn_rate,
@@ -85,3 +86,27 @@ def test_only_a_heading_of_its_own_is_judged():
     assert measured_turn(drive(seen, late), WHEELBASE) is not None
     for derived in (integral(reckoned), 1.03 * integral(reckoned), integral(late)):
         assert measured_turn(drive(derived, late), WHEELBASE) is None
+
+
+@pytest.mark.parametrize(("noise", "judges"), [(0.0003, True), (0.01, False)])
+def test_a_gyro_is_judged_by_no_heading_that_makes_it_seem_to_read_too_little(
+    noise, judges
+):
+    rng = np.random.default_rng(3)
+    true = 0.6 * np.sin(T - 0.2)
+    gyro = true + 0.02 * rng.normal(size=len(T))
+    heading = integral(true) + noise * rng.normal(size=len(T))
+    turn = measured_turn(drive(heading, gyro), WHEELBASE)
+    assert turn is not None
+    assert (turn.at is not None) == judges
+    at = turn_at(T, heading)
+    known = np.isfinite(at)
+    gain = float(at[known] @ gyro[known]) / float(at[known] @ at[known])
+    assert (gain > 0.99) == judges
+
+
+def test_the_noise_of_a_turn_is_how_far_a_heading_s_noise_moves_it():
+    rng = np.random.default_rng(4)
+    seen = turned(T) + 0.002 * rng.normal(size=len(T))
+    made = turn_at(T, seen) - turn_at(T, turned(T))
+    assert noise_of_turn(T, seen) == pytest.approx(np.nanstd(made), rel=0.1)
