@@ -22,6 +22,9 @@ TIED = 3.0
 """Nats below which two candidates cannot be told apart: odds of 20 to 1 (Jeffreys'
 "strong" begins there)."""
 
+ANOTHER_VEHICLE = 10.0
+"""Standard deviations from which on a stated figure is that of another vehicle. Of 240
+drives of the blind plant none with a cause has one."""
 
 PROFILES = {
     "road_grade": ("effects.road_grade.slope", "distance_m"),

@@ -10,7 +10,14 @@ from numpy.typing import NDArray
 
 from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.candidates import Candidate
-from rcc_sim.diagnose.cause import BRISK_ENOUGH, ENOUGH, PROFILES, TIED, Cause
+from rcc_sim.diagnose.cause import (
+    ANOTHER_VEHICLE,
+    BRISK_ENOUGH,
+    ENOUGH,
+    PROFILES,
+    TIED,
+    Cause,
+)
 from rcc_sim.diagnose.couples import coupled
 from rcc_sim.diagnose.detect import least_seen, shows_likely
 from rcc_sim.diagnose.engine import Engine
@@ -21,7 +28,7 @@ from rcc_sim.diagnose.profile import overlap, shares
 from rcc_sim.diagnose.refine import Refined, contenders
 from rcc_sim.diagnose.remainder import DRAG_OVER_TIME, Remainder, remainder
 from rcc_sim.diagnose.screen import Screened, shared
-from rcc_sim.diagnose.starts import screened
+from rcc_sim.diagnose.starts import pulled, screened
 from rcc_sim.diagnose.sums import with_all_figures
 from rcc_sim.diagnose.varying import (
     enough_of,
@@ -49,7 +56,8 @@ a drag differ by the speed, and in the motor's current."""
 MOST_CAUSES = 6
 
 SOME = 2
-"""Causes from which on no more are sought if something unknown outweighs all."""
+"""Causes from which on no more are sought if something unknown outweighs all, or a
+stated figure is another vehicle's."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +105,10 @@ def compete(
     current = null
     close: list[Refined] = []
     for turn in range(MOST_CAUSES):
-        if turn >= SOME and outweighed(causes, remainder(engine, current)):
+        if turn >= SOME and (
+            pulled(current, ANOTHER_VEHICLE)
+            or outweighed(causes, remainder(engine, current))
+        ):
             break
         told(f"screening for cause {turn + 1}")
         found = screened(engine, current, free_of(candidates, causes))

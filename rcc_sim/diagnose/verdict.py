@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from rcc_sim.analyse.logcheck.finding import Finding
 from rcc_sim.definitions.figure import Z_90
-from rcc_sim.diagnose.cause import ENOUGH, Cause
+from rcc_sim.diagnose.cause import ANOTHER_VEHICLE, ENOUGH, Cause
 from rcc_sim.diagnose.compete import Explanation, shares_of
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
@@ -50,10 +50,6 @@ no fit saw; size below which the first need not. [1], [%]"""
 DOUBTLESS = 1.5
 """Times its expanded uncertainty from which on an energy gap is one, whatever the rows
 say: three standard uncertainties. In 260 drives without a cause the largest is 2.9."""
-
-ANOTHER_VEHICLE = 10.0
-"""Standard deviations from which on a stated figure is that of another vehicle. Of 240
-drives of the blind plant none with a cause has one."""
 
 TOLERATED = 5.0
 """Standard deviations up to which tolerances may explain a gap. In 48 drives of the

@@ -86,7 +86,7 @@ def doubt_of(moved: Mapping[str, float], *, named: bool = False) -> str:
     >>> doubt_of({"body.mass_kg": -29.0})
     'was it this vehicle that drove?'
     """
-    from rcc_sim.diagnose.verdict import ANOTHER_VEHICLE
+    from rcc_sim.diagnose.cause import ANOTHER_VEHICLE
 
     key, sds = next(iter(moved.items()), ("", 0.0))
     if abs(sds) < DOUBTFUL:
