@@ -222,9 +222,12 @@ def _found(
             for name in names
         ]
 
+    found = opened(logs)
+    # before a fit that takes its time: it may be the wrong vehicle, or unit
+    tell_notes([(one.log.name, notes_of(one.findings)) for one in found])
     with told("diagnosing") as tell:
         return diagnose(
-            opened(logs),
+            found,
             car,
             candidates=candidates,
             holdouts=opened(holdout),
@@ -259,6 +262,8 @@ def _write(
             say("note: tyres.radius_m moved; wheel_radius.scale holds it")
         for key, sds in found.elsewhere.items():
             say(f"note: {key} is {sds:.0f} sds off what was stated; {vehicle} holds it")
+        for column in found.hidden:
+            say(f"note: {vehicle} holds what {column} was hidden for: hide it again")
         if "auxiliary_load" in varying(found):
             over = found.gap.log if len(found.gaps) == 1 else "all logs"
             say(f"note: auxiliary_load varies; {vehicle} holds its mean over {over}")
@@ -297,9 +302,14 @@ def _deliver(
     from rcc_sim.report.verdict import verdict_of
 
     gaps = found.gaps
-    tell_notes(
-        [(g.log, notes_of(g.findings, not_logged(g.measured, g.energy))) for g in gaps]
-    )
+    told = [
+        notes_of(
+            (f for f in g.findings if f.kind == "misread"),
+            not_logged(g.measured, g.energy),
+        )
+        for g in gaps
+    ]
+    tell_notes([(g.log, mine) for g, mine in zip(gaps, told, strict=True)])
     if text or (output is None and sys.stdout.isatty() and not (json or csv)):
         lines = screen(found, get_terminal_size().columns)
         if output is None:

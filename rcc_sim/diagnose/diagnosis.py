@@ -249,7 +249,13 @@ class Diagnosis:
         found = {"wheel_radius": {"scale": radius}} if radius else {}
         return found | {
             a.cause.effect: {
-                k: Figure(e.value, e.sd, e.low, e.high, self.source + _or_else(a))
+                k: Figure(
+                    e.value,
+                    e.sd,
+                    e.low,
+                    e.high,
+                    self._source_of(f"effects.{a.cause.effect}.{k}") + _or_else(a),
+                )
                 for k, e in a.figures.items()
             }
             for a in self.asserted

@@ -325,10 +325,11 @@ def ranking(
 
     Each is weighed by the nats beyond those that it needs; nothing needs none. Where no
     cause stands, no candidate counts for more than what it needs, whatever it gained;
-    a gap that stays unexplained is something unknown. One that the logs cannot tell
-    from a cause names it: the cause's probability is that of either.
+    a gap that stays unexplained is something unknown. Those that the logs cannot tell
+    from a cause name it, and share its probability, which is that one of them acts.
     """
     gains: Mapping[str, float] = found.ranking
+    tied = {e: a.cause.effect for a in asserted for e in a.cause.tied}
     sure = {a.cause.effect: a.probability for a in asserted}
     most = max([*gains.values(), left.evidence, 1.0])
     rest = max(1.0 - max(sure.values(), default=0.0), 0.0)
@@ -339,18 +340,21 @@ def ranking(
     beyond |= {"unknown": left.evidence - left.enough, "none": 0.0}
     if status == "unexplained":
         beyond["unknown"] = max(beyond["unknown"], ENOUGH)
-    likeliest = max(x for e, x in beyond.items() if e not in sure)
-    weights = {
-        e: exp((x - likeliest) / SOFT) for e, x in beyond.items() if e not in sure
-    }
+    free = {e: x for e, x in beyond.items() if e not in sure and e not in tied}
+    likeliest = max(free.values())
+    weights = {e: exp((x - likeliest) / SOFT) for e, x in free.items()}
     if EVEN in sure.values():  # beside another vehicle's figures, who knows
         weights = {"unknown": 1.0}
     others = sum(weights.values())
-    tied = {e: a.cause.effect for a in asserted for e in a.cause.tied}
+    shared = {
+        e: a.probability / (1 + len(a.cause.tied))
+        for a in asserted
+        for e in (a.cause.effect, *a.cause.tied)
+    }
     rows: list[dict[str, float | str]] = []
     for effect in beyond:
         gain = gains.get(effect, left.evidence if effect == "unknown" else 0.0)
-        chance = sure.get(effect, rest * weights.get(effect, 0.0) / others)
+        chance = shared.get(effect, rest * weights.get(effect, 0.0) / others)
         share = min(max(gain, 0.0) / most, 1.0)
         rows.append(
             {
@@ -360,4 +364,8 @@ def ranking(
                 "tied_with": tied.get(effect, ""),
             }
         )
-    return sorted(rows, key=lambda r: (-float(r["probability"]), -float(r["explains"])))
+    return sorted(
+        rows,
+        key=lambda r: (-float(r["probability"]), r["effect"] not in sure,
+                       -float(r["explains"])),
+    )  # fmt: skip

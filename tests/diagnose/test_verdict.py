@@ -90,6 +90,16 @@ def test_what_a_cause_held_at_an_even_chance_leaves_is_not_lost():
     assert chances == {"payload": EVEN, "unknown": EVEN, "effect 1": 0, "none": 0}
 
 
+def test_those_of_a_tie_share_its_probability_and_the_first_stays_first():
+    found = SimpleNamespace(ranking={"payload": 50.0, "twin": 50.5, "other": 30.0})
+    tie = Asserted(replace(CAUSE, tied=("twin",)), 0.9, {})
+    rows = ranking(found, [tie], NOTHING)
+    chances = {r["effect"]: r["probability"] for r in rows}
+    assert sum(chances.values()) == pytest.approx(1.0)
+    assert chances["payload"] == chances["twin"] == pytest.approx(0.45)
+    assert rows[0]["effect"] == "payload"
+
+
 def stands(effect, gain, change, sharpened=1.0):
     key = f"effects.{effect}.x"
     white = Whitener(np.ones(50), np.zeros(0), [0, 1], 1.0, np.ones(50, bool))
