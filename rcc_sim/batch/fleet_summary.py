@@ -294,7 +294,7 @@ def pooled(
         "too_strong": strong,
         "ranking": [
             {"effect": p.effect, "parameter": _last(p.key), "nats": p.nats}
-            for p in found.ranking[:10]
+            for p in sorted(found.ranking, key=lambda p: -p.nats)[:10]
         ],
     }
 

@@ -17,6 +17,9 @@ TITLES = {TEMPERATURE: "temperature [°C]"}
 SHOWN = 12
 """Kinds of finding that a screen shows."""
 
+MANY = 20
+"""Logs below which a tenth of them is none: the least and the most are told."""
+
 NAMED = 3
 """Effects that the line of single logs names."""
 
@@ -35,10 +38,11 @@ def lines(found: Doc) -> list[str]:
         told.append(f"{found['sound']} sound")
     energy = found.get("energy") or {}
     if energy.get("logs"):
+        most = "in 9 logs of 10 " * (energy["logs"] >= MANY)
         told.append(
             f"energy gap {figures(energy['gap_percent'])} % of "
             f"{figures(energy['measured_wh'], 4)} Wh measured{place_of(energy)}; "
-            f"in 9 logs of 10 from "
+            f"{most}from "
             f"{figures(energy['gap_percent_low'])} to "
             f"{figures(energy['gap_percent_high'])} %; "
             f"{energy['within']} within what noise and the file's sds explain"

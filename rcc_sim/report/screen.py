@@ -139,11 +139,19 @@ def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
     unseen = found.not_identifiable
     if unseen:
         more = f", and {len(unseen) - UNSEEN} more" if len(unseen) > UNSEEN else ""
-        yield "UNSEEN", f"would not show here: {', '.join(unseen[:UNSEEN])}{more}"
+        least = found.found.least_seen
+        weak = ", ".join(n + _from(least.get(n, {})) for n in unseen[:UNSEEN])
+        yield "UNSEEN", f"would not show at a likely size: {weak}{more}"
     for run in found.experiments[:2]:
         yield "NEXT", f"{run.do}, {run.time_s:.0f} s: {_promise(run)}"
     if found.is_tied and not found.experiments:
         yield "NEXT", "no run of the menu would part what is tied"
+
+
+def _from(least: Mapping[str, float | None]) -> str:
+    """Return from what change on an effect would show, where any would."""
+    told = [f"{figures(x, 2)} of {k}" for k, x in least.items() if x is not None]
+    return f" (from {told[0]} on)" if told else ""
 
 
 def _expected(nats: float) -> str:
