@@ -149,9 +149,13 @@ def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
 
 
 def _from(least: Mapping[str, float | None]) -> str:
-    """Return from what change on an effect would show, where any would."""
-    told = [f"{figures(x, 2)} of {k}" for k, x in least.items() if x is not None]
-    return f" (from {told[0]} on)" if told else ""
+    """Return from what change on an effect would show; of a limit, up to what."""
+    told = [
+        f" ({'up to' if k.startswith('max_') else 'from'} {figures(x, 2)} of {k})"
+        for k, x in least.items()
+        if x is not None
+    ]
+    return told[0] if told else ""
 
 
 def _expected(nats: float) -> str:
