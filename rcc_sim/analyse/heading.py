@@ -191,8 +191,9 @@ def measured_turn(log: Trace, wheelbase: float) -> Turn | None:
     if any(_follows(time, rate, x) for x in others):
         return None
     at = turn_at(time, heading)
-    noise = noise_of_turn(time, heading)
-    clear = noise**2 <= NOISY * float(np.nanmean(at**2)) if np.isfinite(at).any() else 0
+    turns = at[np.isfinite(at)]
+    noise = noise_of_turn(time, heading) if len(turns) else 0.0
+    clear = len(turns) > 0 and noise**2 <= NOISY * float(np.mean(turns**2))
     return Turn(once_a_span(time, rate), at if clear else None)
 
 

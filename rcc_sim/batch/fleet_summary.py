@@ -15,6 +15,7 @@ from rcc_sim.diagnose.pool import Evidence, unpacked
 from rcc_sim.diagnose.pooled import Common, Explained, Pooled, pool
 
 Row = Mapping[str, Any]
+Ties = dict[str, list[str]]
 
 SCHEMA = "rccsim.fleet/1"
 
@@ -148,10 +149,10 @@ def _scatter(name: str, values: Sequence[float]) -> dict[str, Any]:
 
 def effects(rows: Sequence[Row]) -> list[dict[str, Any]]:
     """Return the causes that logs have on their own: how often, and how much."""
-    counts = recurring(rows, "causes")
+    counts, ties = recurring(rows, "causes"), ties_of(rows)
     for count in counts:
         count["effect"] = effect = count.pop("causes")
-        count["indistinguishable_from"] = tied_with(rows, effect)
+        count["indistinguishable_from"] = tied_with(ties, effect)
         leading = [row for row in rows if row.get("cause") == effect]
         count["first_cause_of"] = len(leading)
         values = [r["value"] for r in leading if r.get("value") is not None]
@@ -164,17 +165,17 @@ def effects(rows: Sequence[Row]) -> list[dict[str, Any]]:
     return counts
 
 
-def tied_with(rows: Sequence[Row], effect: str) -> list[str]:
+def ties_of(rows: Iterable[Row]) -> list[Ties]:
+    """Causes of each log, each with what the log cannot tell from it."""
+    every = (json.loads(row.get("causes_json") or "[]") for row in rows)
+    return [{c["effect"]: c["indistinguishable_from"] for c in one} for one in every]
+
+
+def tied_with(ties: Sequence[Ties], effect: str) -> list[str]:
     """Return what most of the logs that name an effect cannot tell from it."""
-    alike = [tied[effect] for row in rows if effect in (tied := _ties(row))]
+    alike = [tied[effect] for tied in ties if effect in tied]
     count = Counter(name for some in alike for name in some)
     return [name for name, n in count.most_common() if n > len(alike) / 2]
-
-
-def _ties(row: Row) -> dict[str, list[str]]:
-    """Causes of a log, each with what it cannot tell from it."""
-    every = json.loads(row.get("causes_json") or "[]")
-    return {one["effect"]: one["indistinguishable_from"] for one in every}
 
 
 def too_strong(rows: Sequence[Row], known: Collection[str]) -> list[str]:
@@ -184,12 +185,12 @@ def too_strong(rows: Sequence[Row], known: Collection[str]) -> list[str]:
     that is ``known`` already.
     """
     named = [row for row in rows if row.get("error") is None]
-    ties = [_ties(row) for row in named]
+    ties = ties_of(named)
     count = Counter(e for t in ties for e in {*t, *chain(*t.values())})
     found: list[str] = []
     for one in recurring(named, "causes"):
         effect = one["causes"]
-        alike = {effect, *tied_with(rows, effect)}
+        alike = {effect, *tied_with(ties, effect)}
         if count[effect] >= PLAIN * len(named) and alike.isdisjoint({*known, *found}):
             found.append(effect)
     return found

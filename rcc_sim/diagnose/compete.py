@@ -22,7 +22,7 @@ from rcc_sim.diagnose.couples import coupled
 from rcc_sim.diagnose.detect import least_seen, shows_likely
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
-from rcc_sim.diagnose.knobs import nuisance_knobs
+from rcc_sim.diagnose.knobs import BIAS, nuisance_knobs
 from rcc_sim.diagnose.noise import Whitener
 from rcc_sim.diagnose.profile import overlap, shares
 from rcc_sim.diagnose.refine import Refined, contenders
@@ -106,8 +106,7 @@ def compete(
     close: list[Refined] = []
     for turn in range(MOST_CAUSES):
         if turn >= SOME and (
-            pulled(current, ANOTHER_VEHICLE)
-            or outweighed(causes, remainder(engine, current))
+            is_another(current) or outweighed(causes, remainder(engine, current))
         ):
             break
         told(f"screening for cause {turn + 1}")
@@ -326,6 +325,11 @@ def goes_first(
     both = engine.judged(fit_one, fit.noise).score - fit.score
     both += rest.gain if rest else 0.0
     return both - varying.gain > enough
+
+
+def is_another(fit: Fit) -> bool:
+    """Tell whether a stated figure of the car, no sensor's, is another vehicle's."""
+    return any(not k.startswith(BIAS) for k in pulled(fit, ANOTHER_VEHICLE))
 
 
 def outweighed(causes: Sequence[Cause], left: Remainder) -> bool:
