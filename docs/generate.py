@@ -119,7 +119,9 @@ def vehicle_page() -> str:
         "A table for each effect that the vehicle is known to have, with that effect's "
         "parameters as figures: [the effects](effects/README.md). "
         '`[effects] files = ["mine.py"]` adds effects of your own; '
-        '`[effects] without = ["ID"]` takes one of the base away.',
+        '`[effects] without = ["ID"]` takes one of the base away. '
+        "The name of a file (a map, a road) counts from the vehicle's folder; one "
+        "without a folder that is not there is looked for where vehicles are.",
         "",
     ]
     return MADE + "\n".join(lines)

@@ -115,7 +115,7 @@ def _effect_faults(raw: dict[str, Any], path: Path) -> Iterator[InputError]:
         faults = _raised(checked_effects, {name: params}, str(path), own)
         yield from faults
         for key in () if faults or name in own else EFFECTS[name].files:
-            if key in params and not (path.parent / params[key]).is_file():
+            if key in params and not library.named_by(path, params[key]).is_file():
                 at = f"{path}: effects.{name}.{key}"
                 yield InputError(f"{at}: no such file: {params[key]}")
 

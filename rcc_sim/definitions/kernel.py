@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from math import inf, sqrt
-from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rcc_sim.definitions import library
 from rcc_sim.definitions.figure import Figure
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
@@ -155,8 +155,7 @@ def efficiency_map(
         return np.zeros(1), np.zeros(1), np.ones((1, 1))
     from rcc_sim.definitions.motor_map import read_motor_map
 
-    folder = vehicle.path.parent if vehicle.path else Path()
-    return read_motor_map(folder / name)
+    return read_motor_map(library.named_by(vehicle.path, name))
 
 
 def road_of(
@@ -172,8 +171,7 @@ def road_of(
         return None
     from rcc_sim.trace import read_trace
 
-    folder = vehicle.path.parent if vehicle.path else Path()
-    road = read_trace(folder / name, along="distance_m")
+    road = read_trace(library.named_by(vehicle.path, name), along="distance_m")
     return road["distance_m"], road["slope"]
 
 

@@ -131,6 +131,41 @@ def names(
     ]
 
 
+def named_by(vehicle: Path | None, name: str) -> Path:
+    """File that a vehicle's file names: a map of efficiency, a road.
+
+    It counts from the folder of the vehicle's file. A bare name that is not there is
+    looked for where vehicles are, so that a copy of a vehicle finds what the vehicle
+    came with.
+
+    Parameters
+    ----------
+    vehicle : Path or None
+        The vehicle's file; the working folder counts where it has none.
+    name : str
+        As stated.
+
+    Returns
+    -------
+    path : Path
+        Where it is, or, if it is nowhere, where it should be.
+    """
+    stated = Path(name).expanduser()
+    beside = (vehicle.parent if vehicle else Path()) / stated
+    if beside.exists() or stated.name != name:
+        return beside
+    places = (place.path / name for place in _folders("vehicles"))
+    return next((path for path in places if path.is_file()), beside)
+
+
+def is_everywhere(path: Path) -> bool:
+    """Whether a vehicle anywhere finds a file by its bare name (`named_by`)."""
+    for place in _folders("vehicles"):
+        if place.origin != "working folder" and (place.path / path.name).is_file():
+            return (place.path / path.name).resolve() == path.resolve()
+    return False
+
+
 def is_path(name: str, suffixes: tuple[str, ...]) -> bool:
     """Whether a user's words are a path: a separator in them, or a known suffix."""
     separators = [s for s in (os.sep, os.altsep) if s]

@@ -64,7 +64,7 @@ def _anchored(tables: dict[str, Any], path: Path) -> dict[str, Any]:
     for name, params in effects.items() if isinstance(effects, dict) else ():
         for key in EFFECTS[name].files if name in EFFECTS else ():
             if isinstance(params, dict) and isinstance(params.get(key), str):
-                params[key] = str(path.resolve().parent / params[key])
+                params[key] = str(library.named_by(path.resolve(), params[key]))
     return tables
 
 

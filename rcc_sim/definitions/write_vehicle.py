@@ -68,7 +68,8 @@ def write_vehicle(
     figures : dict
         Dotted key -> figure.
     effects : dict
-        Effect id -> parameter -> figure, number, or file name.
+        Effect id -> parameter -> figure, number, or name of a file, from the new one's
+        folder.
     log_name : str
         What the figures are derived from.
 
@@ -89,7 +90,7 @@ def write_vehicle(
         table = _table(document, ["effects", name])
         for key, value in params.items():
             if isinstance(value, str):
-                _put(table, key, _moved(value, Path.cwd(), target))
+                _put(table, key, value)
             elif isinstance(value, int | float):
                 _put(table, key, float(value))
             else:
@@ -142,7 +143,8 @@ def _settle(document: Any, vehicle: Vehicle, target: Path) -> None:
     """Make every file that the vehicle names be found from its new folder."""
     if vehicle.path is None:
         return
-    home = vehicle.path.resolve().parent
+    file = vehicle.path.resolve()
+    home = file.parent
     base = document["vehicle"].get("extends")
     if base and not (target.resolve().parent / f"{base}.toml").is_file():
         beside = home / f"{base}.toml"
@@ -153,12 +155,14 @@ def _settle(document: Any, vehicle: Vehicle, target: Path) -> None:
             )
     effects = document.get("effects", {})
     if "files" in effects:
-        effects["files"] = [_moved(str(f), home, target) for f in effects["files"]]
+        effects["files"] = [_moved(str(f), home / f, target) for f in effects["files"]]
     for name, params in effects.items():
         known = vehicle.known.get(name)
         for key in known.files if known is not None else ():
             if key in params:
-                _put(params, key, _moved(str(params[key]), home, target))
+                stated = str(params[key])
+                place = library.named_by(file, stated)
+                _put(params, key, _moved(stated, place, target))
 
 
 def _is_known(name: str, path: Path) -> bool:
@@ -169,17 +173,20 @@ def _is_known(name: str, path: Path) -> bool:
     return found.resolve() == path.resolve()
 
 
-def _moved(name: str, home: Path, target: Path) -> str:
-    """Return a file name that counted from ``home`` as it counts from the target."""
+def _moved(name: str, place: Path, target: Path) -> str:
+    """Return the name of a file at ``place`` as the target is to state it."""
     if name.startswith("plugin "):
         return name
-    place = (home / Path(name).expanduser()).resolve()
-    if target.resolve().parent == home.resolve() or not place.exists():
+    here = place.expanduser().resolve()
+    folder = target.resolve().parent
+    if not here.exists():
         return name
+    if folder == here.parent or library.is_everywhere(here):
+        return here.name
     try:
-        return os.path.relpath(place, target.resolve().parent)
+        return os.path.relpath(here, folder)
     except ValueError:  # another drive
-        return str(place)
+        return str(here)
 
 
 def _table_of(figure: Stated, log_name: str) -> dict[str, Any]:

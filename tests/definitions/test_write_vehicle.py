@@ -4,6 +4,7 @@ import shutil
 
 import pytest
 
+from rcc_sim.definitions.faults import vehicle_faults
 from rcc_sim.definitions.figure import Figure
 from rcc_sim.definitions.kernel import efficiency_map
 from rcc_sim.definitions.library import find
@@ -116,6 +117,31 @@ def test_a_map_is_still_found_from_another_folder(ours, tmp_path):
     write_vehicle(load_vehicle(ours), other / "fixed.toml", {}, {}, "drive.csv")
     named = load_vehicle(other / "fixed.toml").effects["motor_efficiency"]["map"]
     assert (other / named).resolve() == (tmp_path / "maps" / "eta.csv").resolve()
+
+
+def test_a_shipped_map_is_found_wherever_a_mended_vehicle_is_copied_to(tmp_path):
+    first, second = tmp_path / "made", tmp_path / "copied"
+    for folder in (first, second):
+        folder.mkdir()
+    shipped = load_vehicle("bmw_i3")
+    write_vehicle(shipped, first / "mended.toml", {}, {}, "drive.csv")
+    copy = shutil.copy(first / "mended.toml", second / "mended.toml")
+    assert vehicle_faults(copy) == []
+    for ours, theirs in zip(
+        efficiency_map(load_vehicle(copy)), efficiency_map(shipped), strict=True
+    ):
+        assert (ours == theirs).all() and ours.size > 1
+
+
+def test_a_map_beside_the_vehicle_goes_before_a_shipped_one(tmp_path):
+    car = shutil.copy(find("vehicles", "bmw_i3", (".toml",))[0], tmp_path / "car.toml")
+    (tmp_path / "bmw_i3_efficiency.csv").write_text(
+        "torque_nm,speed_radps,efficiency\n0,0,0.9\n0,100,0.9\n1,0,0.9\n1,100,0.9\n"
+    )
+    assert efficiency_map(load_vehicle(car))[2].tolist() == [[0.9, 0.9], [0.9, 0.9]]
+    car.write_text(car.read_text().replace("bmw_i3_efficiency", "no_such_map"))
+    with pytest.raises(InputError, match="no_such_map"):
+        efficiency_map(load_vehicle(car))
 
 
 def test_a_file_with_effects_of_ones_own_is_still_found(ours, tmp_path):
