@@ -74,6 +74,7 @@ def open_log(
     reader: str | None = None,
     columns: str | Path | None = None,
     hide: Sequence[str] = (),
+    back: bool = False,
     stdin: IO[bytes] | None = None,
 ) -> Logged:
     """Read a log of any format, check it, and drop what cannot be used.
@@ -88,6 +89,8 @@ def open_log(
         As in :func:`rcc_sim.readers.read_log`.
     hide : sequence of str
         Measured columns to leave out.
+    back : bool
+        It was driven the other way along the road: its ``direction`` is -1.
 
     Raises
     ------
@@ -96,7 +99,11 @@ def open_log(
     """
     reading = read_log(source, reader=reader, columns=columns, stdin=stdin)
     reading = with_vehicle(reading, vehicle)
-    reading = replace(reading, trace=steered(reading.trace, vehicle))
+    trace = steered(reading.trace, vehicle)
+    if back:
+        other_way = {"direction": np.full(len(trace), -1.0)}
+        trace = Trace({**trace.columns, **other_way}, name=trace.name)
+    reading = replace(reading, trace=trace)
     trace, notes = one_clock(_without(reading.trace, hide))
     checked = check_log(trace, vehicle)
     _refuse_time(checked.findings, trace.name)

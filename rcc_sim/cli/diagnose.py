@@ -89,6 +89,14 @@ def diagnose(
         list[str] | None,
         typer.Option(help="A log that is only judged; repeatable.", metavar="LOG"),
     ] = None,
+    back: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="A log driven the other way along the road of the others, in which "
+            "slope and wind come from the other side; repeatable.",
+            metavar="LOG",
+        ),
+    ] = None,
     repeats: Repeats = None,
     reader: Reader = None,
     map_: Map = None,
@@ -143,6 +151,7 @@ def diagnose(
         refuse_single(
             {
                 "--repeats": repeats,
+                "--back": back,
                 "--holdout": holdout,
                 "--write-vehicle": write_vehicle,
                 "--profiles": profiles,
@@ -159,10 +168,11 @@ def diagnose(
     if text and (json or csv):
         what = f"--text and --{'json' if json else 'csv'}: one of them"
         raise InputError(what, "what --html writes is for people, too")
-    logs = logs or []
-    once([*logs, *(holdout or []), *(repeats or [])])
+    logs, back = logs or [], back or []
+    inputs = [*logs, *back, *(holdout or []), *(repeats or [])]
+    once(inputs)
     keep(
-        [*logs, *(holdout or []), *(repeats or []), vehicle],
+        [*inputs, vehicle],
         {
             "--write-vehicle": write_vehicle,
             "--profiles": profiles,
@@ -172,15 +182,14 @@ def diagnose(
         },
     )
     found = _found(
-        logs, vehicle, withhold or [], hide or [], effects, holdout or [],
+        logs, back, vehicle, withhold or [], hide or [], effects, holdout or [],
         repeats or [], reader, map_,
     )  # fmt: skip
     _write(found, write_vehicle, profiles, next_run)
     if html is not None:
         from rcc_sim.report.diagnosis_page import diagnosis_page
 
-        inputs = [*logs, *(holdout or []), *(repeats or []), vehicle]
-        write_page(diagnosis_page(found, inputs), html)
+        write_page(diagnosis_page(found, [*inputs, vehicle]), html)
     _deliver(found, output, text=text, csv=csv, json=json)
 
 
@@ -192,6 +201,7 @@ def _fleet(asked: Asked, options: dict[str, Any]) -> None:
 
 def _found(
     logs: list[str],
+    back: list[str],
     vehicle: str,
     withhold: list[str],
     hide: list[str],
@@ -216,13 +226,13 @@ def _found(
             raise InputError(what, did_you_mean(name, car.effects))
     car = car.changed(without=tuple(withhold)) if withhold else car
 
-    def opened(names: list[str]) -> list[Any]:
+    def opened(names: list[str], back: bool = False) -> list[Any]:
         return [
-            open_log(name, car, reader=reader, columns=map_, hide=hide)
+            open_log(name, car, reader=reader, columns=map_, hide=hide, back=back)
             for name in names
         ]
 
-    found = opened(logs)
+    found = [*opened(logs), *opened(back, back=True)]
     # before a fit that takes its time: it may be the wrong vehicle, or unit
     tell_notes([(one.log.name, notes_of(one.findings)) for one in found])
     with told("diagnosing") as tell:
@@ -290,6 +300,11 @@ def _write(
         else:
             why = "; nothing is tied or wide"
         say(f"wrote {next_run}: {run.do}{why}")
+        if run.is_both_ways:
+            say(
+                f"note: {next_run} is one way: drive it out and back, {run.times} "
+                "times, and name the logs of the way back with --back"
+            )
 
 
 def _deliver(

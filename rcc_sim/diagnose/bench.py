@@ -223,9 +223,11 @@ class Bench:
     def leg(self, run: Run, leg: Leg, fit: Fit) -> Seen:
         """Return the log of a leg, without noise, if a fit is the truth."""
         columns = {"time_s": leg.time, self.level: leg.level}
+        if leg.back:
+            columns["direction"] = np.full(len(leg.time), -1.0)
         if self.steered:
             columns["steer_cmd_rad"] = leg.steer
-        settings = at_place(self.vehicle, figures_of(fit.values), run.where, leg.back)
+        settings = at_place(self.vehicle, figures_of(fit.values), run.where)
         first = drive_of(Trace(columns), self.vehicle, self.window)
         out = replay(self.vehicle.changed(settings=settings), first, coarse=True)
         if TURN_RATE in self.channels:
@@ -252,9 +254,9 @@ class Bench:
         self, run: Run, logs: Sequence[Seen], values: dict[str, float]
     ) -> list[list[Array]]:
         """Return what some figures predict of each leg, channel by channel."""
+        settings = at_place(self.vehicle, figures_of(values), run.where)
         legs = []
-        for leg, log in zip(run.legs, logs, strict=True):
-            settings = at_place(self.vehicle, figures_of(values), run.where, leg.back)
+        for log in logs:
             out = log.problem.predict(settings, coarse=True)  # for differences alone
             legs.append([out[c] for c in self.channels])
         return legs

@@ -108,7 +108,7 @@ def write_profiles(found: Diagnosis, file: IO[bytes], log: int = 0) -> None:
 
 
 def write_next_run(found: Diagnosis, path: Path) -> Run:
-    """Write, and return, the best run that commands alone make.
+    """Write, and return, the best run that commands make; of out and back, one way.
 
     A speed to follow where the log has no commands. Where nothing is tied or wide:
     the run of the menu that steers most, else the longest.
@@ -122,9 +122,8 @@ def write_next_run(found: Diagnosis, path: Path) -> Run:
     problem = found.found.engine.problems[0]
     runs = [e.run for e in found.experiments if e.run.is_commanded]
     if not runs:
-        every = [
-            r for r in menu(problem, limits_of(problem), problem.row) if r.is_commanded
-        ]
+        every = menu(problem, limits_of(problem), problem.row)
+        every = [r for r in every if r.is_commanded and not r.is_both_ways]
         runs = [max(every, key=lambda r: (float(np.ptp(r.legs[0].steer)), r.seconds))]
     leg = runs[0].commands
     kind = "mcap" if path.suffix == ".mcap" else "csv"

@@ -80,19 +80,25 @@ class Run:
 
     @property
     def commands(self) -> Leg:
-        """The only leg of a run that is commanded, as often as it is driven."""
+        """What is commanded in one go: every repetition, or one way of out and back."""
         leg, row = self.legs[0], float(self.legs[0].time[1])
-        starts = np.arange(self.times) * (leg.time[-1] + row)
+        times = 1 if self.is_both_ways else self.times
+        starts = np.arange(times) * (leg.time[-1] + row)
         return Leg(
             (starts[:, None] + leg.time).ravel(),
-            np.tile(leg.level, self.times),
-            np.tile(leg.steer, self.times),
+            np.tile(leg.level, times),
+            np.tile(leg.steer, times),
         )
 
     @property
     def is_commanded(self) -> bool:
-        """Whether commands alone make it: on the road, one way, no load."""
-        return self.where == ROAD and len(self.legs) == 1
+        """Whether commands make it, given to the vehicle as it is, on the road."""
+        return self.where == ROAD
+
+    @property
+    def is_both_ways(self) -> bool:
+        """Whether the same is driven out and back along a road."""
+        return len(self.legs) > 1
 
 
 class Path:
@@ -279,19 +285,15 @@ def coast_curve(problem: Problem, top: float) -> Array:
 
 
 def at_place(
-    vehicle: Vehicle, figures: dict[str, float], where: str, back: bool
+    vehicle: Vehicle, figures: dict[str, float], where: str
 ) -> dict[str, float]:
-    """Return the figures of a vehicle as they act where and which way it is driven.
+    """Return the figures of a vehicle as they act where it is driven.
 
-    On the stand no road acts and the wheels alone are moved; on the way back a slope
-    and a wind act from the other side.
+    On the stand no road acts and the wheels alone are moved.
     """
     found = {
         k: f.value for k, f in vehicle.figures().items() if k in OF_THE_ROAD
     } | figures
-    if back:
-        for key in TURNED & found.keys():
-            found[key] = -found[key]
     mass = vehicle.body.mass_kg.value
     if where == LOADED:
         found["effects.payload.mass_kg"] = (
@@ -305,8 +307,9 @@ def at_place(
 
 
 ON_STAND = "wheels"
-TURNED = {"effects.road_grade.slope", "effects.headwind.speed_mps"}
-OF_THE_ROAD = TURNED | {
+OF_THE_ROAD = {
+    "effects.road_grade.slope",
+    "effects.headwind.speed_mps",
     "effects.payload.mass_kg",
     "effects.rolling_resistance.coefficient",
     "effects.aerodynamic_drag.drag_area_m2",

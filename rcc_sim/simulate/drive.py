@@ -82,6 +82,9 @@ class Drive:
     smear : float
         Time over which the acceleration of an imposed run is smeared, where its speed
         was noisy. [s]
+    back : bool
+        It goes the other way along the road: slope and wind that the vehicle states
+        come from the other side.
     """
 
     time: Array
@@ -98,6 +101,7 @@ class Drive:
     climbed: bool = False
     unseen: NDArray[np.bool_] | None = None
     smear: float = 0.0
+    back: bool = False
 
     @property
     def turns_as_measured(self) -> bool:
@@ -187,7 +191,37 @@ def drive_of(
         climbed=has(log, "elevation_m") and not has(log, "slope"),
         unseen=unseen,
         smear=smear,
+        back=is_back(log),
     )
+
+
+def is_back(log: Trace) -> bool:
+    """Tell whether a log's ``direction`` is -1: it was driven the other way.
+
+    Raises
+    ------
+    InputError
+        If it changes, or is neither 1 nor -1.
+    """
+    if not has(log, "direction"):
+        return False
+    known = np.flatnonzero(np.isfinite(log["direction"]))
+    sign = log["direction"][known]
+    odd = np.abs(sign) != 1.0
+    if odd.any():
+        row = known[int(np.argmax(odd))]
+        raise InputError(
+            f"{log.name}: row {row + 1}: direction: {log['direction'][row]:g}",
+            "1, or -1 where it was driven the other way along the road",
+        )
+    turns = sign != sign[0]
+    if turns.any():
+        row = known[int(np.argmax(turns))]
+        raise InputError(
+            f"{log.name}: row {row + 1}: direction changes",
+            "cut the log there: way out and way back are two logs of one vehicle",
+        )
+    return bool(sign[0] < 0)
 
 
 def is_imposed(log: Trace, vehicle: Vehicle) -> bool:
@@ -284,6 +318,12 @@ def _road(
     stated = None if is_surveyed(log) else road_of(vehicle)
     if not is_surveyed(log) and stated is None:
         return (np.zeros(1), np.zeros(1)), None
+    if stated is not None and is_back(log):
+        raise InputError(
+            f"{log.name}: direction: the road of {vehicle.name}, "
+            "effects.road_grade.profile, counts from where the way out begins",
+            "give the way back a slope or elevation_m of its own",
+        )
     v = np.where(np.isfinite(speed), speed, 0.0)
     distance = np.maximum.accumulate(integral_of(time, v))
     if stated is not None:

@@ -74,6 +74,9 @@ def replay(
     values = kernel_params(vehicle, commanded=not drive.imposed)
     if drive.steered:
         values["lanes"]["steer"] = schema.LOGGED
+    if drive.back:
+        values["road_grade"]["slope"] *= -1.0
+        values["headwind"]["speed_mps"] *= -1.0
     control = values["control"]
     if drive.imposed:
         control["T_loop"] = _step(drive.time, COARSE[1] if coarse else STEP)

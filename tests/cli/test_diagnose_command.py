@@ -72,6 +72,14 @@ def test_wrong_words_are_told(drive, words, told):
     assert done.stderr.startswith("error: ") and told in done.stderr
 
 
+def test_a_log_is_out_or_back_and_belongs_to_no_fleet(drive):
+    twice = rccsim("diagnose", drive, "--back", drive, "--vehicle", "rcc")
+    fleet = rccsim("diagnose", drive, "--each", "--back", drive, "--vehicle", "rcc")
+    for done, told in ((twice, "drive.csv"), (fleet, "--back")):
+        assert done.returncode == 2 and done.stdout == ""
+        assert done.stderr.startswith("error: ") and told in done.stderr
+
+
 def test_an_empty_log_is_told(tmp_path):
     (tmp_path / "empty.csv").touch()
     done = rccsim("diagnose", tmp_path / "empty.csv", "--vehicle", "rcc")

@@ -21,6 +21,7 @@ SHARE = 0.25
 
 CAR = replace(bases.BASES[0], J=0.0)
 STRAIGHT = 45.0  # s
+SLOPE = 0.01
 
 
 def truth(effect):
@@ -47,6 +48,16 @@ def driven(p, speed, steer, path, seed):
     return path
 
 
+def commanded(path):
+    """Return speed and steering of a file of commands on the plant's clock."""
+    commands = read_trace(str(path))
+    clock = np.arange(0.0, commands["time_s"][-1], CLOCK)
+    return (
+        np.interp(clock, commands["time_s"], commands[c])
+        for c in ("speed_ref_mps", "steer_cmd_rad")
+    )
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("true", "other"), [("payload", "rotor_inertia"), ("rotor_inertia", "payload")]
@@ -64,13 +75,36 @@ def test_the_proposed_run_breaks_the_tie_whichever_is_true(true, other, tmp_path
     assert best.expected_nats.least > 10.0
 
     write_next_run(found, tmp_path / "next_run.csv")
-    commands = read_trace(str(tmp_path / "next_run.csv"))
-    clock = np.arange(0.0, commands["time_s"][-1], CLOCK)
-    speed, steer = (
-        np.interp(clock, commands["time_s"], commands[c])
-        for c in ("speed_ref_mps", "steer_cmd_rad")
-    )
+    speed, steer = commanded(tmp_path / "next_run.csv")
     second = driven(p, speed, steer, tmp_path / "second.csv.gz", 2)
     again = diagnose([open_log(str(log), car) for log in (first, second)], car)
     assert [a.cause.effect for a in again.asserted] == [true]
     assert again.asserted[0].cause.tied == ()
+
+
+@pytest.mark.slow
+def test_a_slope_that_drags_alike_is_told_by_driving_out_and_back(tmp_path):
+    (tmp_path / "car.toml").write_text(vehicle_text("car", CAR, ()))
+    car, p = load_vehicle(tmp_path / "car.toml"), bases.truth(CAR, CAR.r_w)
+    unfelt = ("accel_x_mps2", "elevation_m")
+    speed = drives.speed_programme(CAR, "track", np.random.default_rng(3))
+    speed = speed[: round(STRAIGHT / CLOCK)]
+    up, down = (p._replace(slope=SLOPE * way) for way in (1, -1))
+    first = driven(up, speed, 0 * speed, tmp_path / "first.csv.gz", 1)
+    found = diagnose([open_log(str(first), car, hide=unfelt)], car)
+    cause = found.asserted[0].cause
+    assert {cause.effect, *cause.tied} >= {"drivetrain_friction", "road_grade"}
+
+    run = write_next_run(found, tmp_path / "next_run.csv")
+    assert run.is_both_ways
+    speed, steer = commanded(tmp_path / "next_run.csv")
+    out = driven(up, speed, steer, tmp_path / "out.csv.gz", 2)
+    back = driven(down, speed, steer, tmp_path / "back.csv.gz", 3)
+    logs = [
+        open_log(str(log), car, hide=unfelt, back=log is back)
+        for log in (first, out, back)
+    ]
+    again = diagnose(logs, car)
+    assert [a.cause.effect for a in again.asserted] == ["road_grade"]
+    assert again.asserted[0].cause.tied == ()
+    assert again.asserted[0].figures["slope"].value == pytest.approx(SLOPE, rel=0.15)

@@ -23,7 +23,10 @@ from rcc_sim.analyse.logcheck.finding import (
 )
 from rcc_sim.definitions.sensors import INERTIAL
 
-STILL = ("slope", "elevation_m", "aux_power_w", "ambient_temperature_degc")
+STILL = (
+    *("slope", "elevation_m", "direction"),
+    *("aux_power_w", "ambient_temperature_degc"),
+)
 """What may be constant over a whole log."""
 
 BY_TURNING = ("yaw_rate_radps", "accel_y_mps2", "y_m", "yaw_rad")
