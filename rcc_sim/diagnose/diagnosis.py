@@ -199,9 +199,11 @@ class Diagnosis:
     def _moved(self) -> dict[str, Figure]:
         """Tolerances that the logs narrow or move, by key."""
         out = {}
-        for knob, sd in zip(self.fit.knobs, self.fit.sds(), strict=True):
+        alike = [fit for a in self.asserted for fit in a.alike]
+        for knob in self.fit.knobs:
             if knob.sd < inf and not knob.key.startswith(BIAS):
                 off = abs(self.fit.values[knob.key] - knob.value)
+                sd = self.fit.sd_among(alike, knob.key)
                 sd = min(sd * INTERVAL, knob.sd)
                 if sd <= TOLD * knob.sd or off >= MOVED * knob.sd:
                     out[knob.key] = self._figure(knob, sd)

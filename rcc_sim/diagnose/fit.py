@@ -69,6 +69,20 @@ class Fit:
         """Standard deviation of a figure, the others being free."""
         return float(self.sds()[[k.key for k in self.knobs].index(key)])
 
+    def sd_among(self, others: Sequence[Fit], key: str) -> float:
+        """Standard deviation of a figure where other fits may be the right one.
+
+        All are as likely: of the squares of their sds, and of how far they are off this
+        one, it is the root of the mean.
+        """
+        x, alike = self.values[key], [f for f in (self, *others) if f.frees(key)]
+        squares = [f.sd(key) ** 2 + (f.values[key] - x) ** 2 for f in alike]
+        return float(np.sqrt(np.mean(squares)))
+
+    def frees(self, key: str) -> bool:
+        """Tell whether a figure was fitted."""
+        return any(k.key == key for k in self.knobs)
+
     def sds(self) -> Array:
         """Standard deviations of all figures, each with the others free."""
         unit = 1 / np.sqrt(np.diag(self.information) + 1e-300)

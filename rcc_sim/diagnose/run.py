@@ -152,16 +152,26 @@ def diagnose(
     if any(battery_of_another(g.findings) for g in gaps):
         farthest = inf
     early = [ends_early(c, fit, vehicle.known) for c in causes]
+    alike = {
+        c.effect: [r for r in known.rivals.get(c.effect, []) if r.effect in c.tied]
+        for c in causes
+    }
     asserted = tuple(
         Asserted(
             c,
             probability(c, left, farthest, ends=end),
-            estimates(fit, c, stated, row),
+            estimates(
+                fit,
+                c,
+                stated,
+                row,
+                [r.fit for e, tied in alike.items() if e != c.effect for r in tied],
+            ),
             {
                 r.effect: estimates(r.fit, r.in_place_of(c), stated, row)
-                for r in known.rivals.get(c.effect, [])
-                if r.effect in c.tied
+                for r in alike[c.effect]
             },
+            tuple(r.fit for r in alike[c.effect]),
         )
         for c, end in zip(causes, early, strict=True)
     )

@@ -109,12 +109,15 @@ class Asserted:
         Parameter -> estimate.
     instead : dict
         Effect that the logs cannot tell from it -> the same of that, in its place.
+    alike : tuple of Fit
+        All figures with each of those in its place.
     """
 
     cause: Cause
     probability: float
     figures: dict[str, Estimate]
     instead: dict[str, dict[str, Estimate]] = field(default_factory=dict)
+    alike: tuple[Fit, ...] = ()
 
 
 def standing(
@@ -256,12 +259,17 @@ def probability(
 
 
 def estimates(
-    fit: Fit, cause: Cause, stated: Mapping[str, float], row: float = 0.0
+    fit: Fit,
+    cause: Cause,
+    stated: Mapping[str, float],
+    row: float = 0.0,
+    others: Sequence[Fit] = (),
 ) -> dict[str, Estimate]:
     """Return the figures of a cause with their intervals.
 
     ``stated`` holds what the vehicle file states: a profile acts on top of it. ``row``
     is the time between two rows of the log, or over which a drive is smeared. [s]
+    ``others`` are fits that the logs cannot tell from this one.
     """
     out = {}
     knobs = {k.key: k for k in fit.knobs}
@@ -271,7 +279,8 @@ def estimates(
             out[name] = _of_profile(fit, key, cause, stated.get(key, 0.0))
         elif key in knobs:
             value = fit.values[key]
-            sd = hypot(fit.sd(key) * INTERVAL, resolution(knobs[key], value, row))
+            own = fit.sd_among(others, key) * INTERVAL
+            sd = hypot(own, resolution(knobs[key], value, row))
             sd = min(sd, knobs[key].high - knobs[key].low)
             low = max(value - Z_90 * sd, knobs[key].low)
             high = min(value + Z_90 * sd, knobs[key].high)

@@ -255,3 +255,27 @@ def test_a_threshold_is_found_between_the_strengths_of_its_grid(true):
     screen.signal = lambda values: values["x"]
     screen.gain, screen.promise = gain, lambda _: 0.0
     assert screen.scan(search, {})[1] == pytest.approx(true, rel=0.05)
+
+
+def test_a_figure_is_as_unsure_as_the_fits_that_no_log_tells_apart():
+    """Their mixture's second moment about the value that is told, in closed form."""
+    rolls = Knob("effects.rolling_resistance.coefficient", 0.014, 0.003)
+    drag, wind = Knob("effects.drivetrain_damping.damping_nms_per_rad", 0.0), "w"
+    mine, other = (
+        Fit({rolls.key: x, key.key: 1.0}, (rolls, key), 0, 0, [], [], np.diag(curve))
+        for x, key, curve in (
+            (0.016, drag, (1e6, 1.0)),
+            (0.014, Knob(wind, 0.0), (4e6, 1.0)),
+        )
+    )
+    found = mine.sd_among([other], rolls.key)
+    assert found**2 == pytest.approx((1e-6 + 0.25e-6 + 0.002**2) / 2)
+    assert mine.sd_among([], rolls.key) == pytest.approx(1e-3)
+    assert mine.sd_among([other], drag.key) == pytest.approx(1.0)  # it has no other
+    cause = Cause("rolling_resistance", (rolls.key,), 50.0)
+    alone, among = (
+        estimates(mine, cause, {}, others=others)["coefficient"]
+        for others in ((), [other])
+    )
+    assert among.value == alone.value
+    assert (among.sd / alone.sd) ** 2 == pytest.approx(found**2 / 1e-6)
