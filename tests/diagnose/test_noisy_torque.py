@@ -56,3 +56,15 @@ def test_what_is_compared_is_what_was_logged():
     )
     still = torqued(posed.drive, np.full(len(rough), np.nan))
     assert calmed(Problem(CAR, rough, still)).drive is still
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_gusts_that_are_less_than_the_noise_are_not_smoothed_away(seed):
+    """Of 6 s and 0.6 of the noise; the share that is left, by least squares."""
+    gusts = 0.6 * 2**0.5 * 8.0 * np.sin(2 * np.pi * RUN["time_s"] / 6.0)
+    noise = np.random.default_rng(seed).normal(0, 8.0, len(TRUE))
+    log = Trace(COLUMNS | {"motor_torque_nm": TRUE + gusts + noise}, name="log")
+    drive = drive_of(log, CAR, np.inf)
+    calm = calmed(Problem(CAR, log, drive)).drive.measured[3]
+    assert np.std(calm - TRUE - gusts) < 0.8 * 8.0
+    assert gusts @ (calm - TRUE) / (gusts @ gusts) > 0.9
