@@ -31,6 +31,10 @@ from rcc_sim.blind.sensors import SENSORS
 Array = NDArray[np.float64]
 COARSE_EV_TICK = 5e-3  # s; of the controller and the step, where only changes matter
 COARSE_EV_V_LOW = 0.5  # m/s
+NO_WITNESS = {"rc": {"elevation_m"}, "ev": {"elevation_m", "speed_mps", "accel_x_mps2"}}
+"""Channels by which no model is judged: where no command is logged, the motion is what
+drives it, and how far that falls short of what was asked for is not known."""
+
 SMOOTHED = 25  # lines of the spectrum over which it is averaged
 LINE = 2048  # commands under way that there is room for
 
@@ -92,7 +96,8 @@ class Yardstick:
     def __init__(
         self, family: str, p: Truth, d: Drive, known: Sequence[str], residual: Array
     ) -> None:
-        self.sensors = [s for k, s in SENSORS[family].items() if k != "elevation_m"]
+        witnesses = SENSORS[family].keys() - NO_WITNESS[family]
+        self.sensors = [s for k, s in SENSORS[family].items() if k in witnesses]
         self.root_S = [
             np.sqrt(spectrum(residual[:, s.place], s.noise)) for s in self.sensors
         ]

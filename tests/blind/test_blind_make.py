@@ -170,6 +170,9 @@ def test_worth_is_that_of_a_matched_filter_in_white_noise():
     one_sd = heavier - rule.nominal
     assert rule.nats(one_sd) < 0.5  # as likely as any car within its tolerance
     assert rule.nats(change, [change]) == pytest.approx(0.0, abs=1e-3)
+    slower = np.zeros((n, worth.COLUMNS))
+    slower[:, SENSORS["ev"]["speed_mps"].place] = 0.1
+    assert rule.nats(slower) == 0.0  # what drives the model is no witness
 
 
 def test_acting_spans_are_where_the_activity_is():
