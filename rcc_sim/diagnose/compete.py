@@ -23,20 +23,19 @@ from rcc_sim.diagnose.detect import least_seen, shows_likely
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import BIAS, nuisance_knobs
-from rcc_sim.diagnose.noise import Whitener
-from rcc_sim.diagnose.profile import overlap, shares
+from rcc_sim.diagnose.leave_out import one_alone, without_idle, without_outdone
+from rcc_sim.diagnose.profile import overlap
 from rcc_sim.diagnose.refine import Refined, contenders
 from rcc_sim.diagnose.remainder import DRAG_OVER_TIME, Remainder, remainder
-from rcc_sim.diagnose.screen import Screened, shared
+from rcc_sim.diagnose.screen import Screened
 from rcc_sim.diagnose.starts import pulled, screened
 from rcc_sim.diagnose.sums import with_all_figures
 from rcc_sim.diagnose.varying import (
     enough_of,
     profile_cause,
-    with_acting,
     with_profile,
 )
-from rcc_sim.errors import InputError
+from rcc_sim.diagnose.winner import cause_of, near_to
 
 Array = NDArray[np.float64]
 
@@ -221,62 +220,6 @@ def shows(screened: Screened, least: Mapping[str, float | None]) -> bool:
     )
 
 
-def without_outdone(
-    engine: Engine, causes: list[Cause], fit: Fit
-) -> tuple[Engine, list[Cause], Fit]:
-    """Drop each profile without which the others, fitted anew, do as well.
-
-    It was taken in before them, and may have stood for what they are. By the noise that
-    all of them leave: one that is learnt anew may take a load for its own.
-    """
-    for cause in [c for c in causes if c.profiles]:
-        if len(causes) < 2:
-            break
-        less = {i: p.reversed for i, p in cause.profiles.items()}
-        bare = with_acting(engine, less)
-        others = descent.under_its_noise(bare, fit)
-        if others is None:
-            continue
-        if fit.score - others.score < min(map(enough_of, cause.profiles.values())):
-            causes = [c for c in causes if c is not cause]
-            engine, fit = bare, descent.fit(bare, others.values, fit.knobs)
-    return engine, causes, fit
-
-
-def without_idle(
-    engine: Engine, causes: list[Cause], fit: Fit
-) -> tuple[list[Cause], Fit]:
-    """Drop each cause without which the others, fitted anew, do as well."""
-    for cause in [c for c in causes if not c.profiles]:
-        if len(causes) < 2:
-            break
-        less = descent.under_its_noise(engine, fit.without(cause.keys))
-        if less is None:
-            continue
-        eased = max(fit.prior - less.prior, 0.0)
-        if fit.score - less.score + eased < ENOUGH:
-            causes = [c for c in causes if c is not cause]
-            fit = descent.fit(engine, less.values, less.knobs, less.noise)
-    return causes, fit
-
-
-def one_alone(
-    engine: Engine, causes: list[Cause], fit: Fit, close: Sequence[Refined]
-) -> tuple[list[Cause], Fit]:
-    """Return one cause in the place of several if it does as well alone.
-
-    What came first by a nat may need a second to do what its twin does by itself.
-    """
-    if len(causes) < 2 or any(c.profiles for c in causes):
-        return causes, fit
-    taken = {c.effect for c in causes}
-    for one in (r for r in close if r.screened.candidate.effect not in taken):
-        alone = descent.fit(engine, one.fit.values, one.fit.knobs, one.fit.noise)
-        if alone.score > fit.score - ENOUGH * (len(causes) - 1):
-            return [cause_of(engine, replace(one, fit=alone), alone.noise)], alone
-    return causes, fit
-
-
 def is_clear(
     varying: Cause,
     one: Cause | None,
@@ -367,40 +310,3 @@ def needed_gain(causes: Sequence[Cause], where: Array) -> float:
         for c in causes
     ]
     return max([ENOUGH, *misfits])
-
-
-def cause_of(engine: Engine, best: Refined, noise: list[Whitener]) -> Cause:
-    """Return the winner as a cause; what ties with it is told once all are known.
-
-    Where it acts is by the noise by which others are weighed against it.
-    """
-    keys = tuple(best.screened.values)
-    return Cause(
-        best.screened.candidate.effect,
-        keys,
-        best.gain,
-        sharpened=max(best.after / best.gain, 1.0) if best.gain > 0 else 1.0,
-        shares=shares_of(engine, best.fit, keys, noise),
-    )
-
-
-def near_to(one: Cause, held: Mapping[str, float], known: Sequence[Screened]) -> Cause:
-    """Return a cause with the nats that others gained, or would to first order."""
-    own = held.get(one.effect, 0.0)
-    slopes = {effect: x * own for effect, x in shared(known, one.effect).items()}
-    most = {e: max(slopes.get(e, 0.0), held.get(e, 0.0)) for e in {*held, *slopes}}
-    return replace(one, screened=most)
-
-
-def shares_of(
-    engine: Engine, fit: Fit, keys: Sequence[str], noise: list[Whitener]
-) -> Array:
-    """Share of each track in what some figures of a fit change together."""
-    without = {k: x for k, x in fit.values.items() if k not in keys}
-    try:
-        pairs = zip(engine.residuals(without), fit.residuals, strict=True)
-        changed = [np.nan_to_num(a - b) for a, b in pairs]
-    except InputError:  # another cause acts through it: to first order
-        own = [j for j, k in zip(fit.signals, fit.knobs, strict=True) if k.key in keys]
-        changed = [np.nan_to_num(sum(of)) for of in zip(*own, strict=True)]
-    return shares(changed, noise)

@@ -13,12 +13,13 @@ from numpy.typing import NDArray
 from rcc_sim.analyse.logcheck.finding import Finding
 from rcc_sim.definitions.figure import Z_90
 from rcc_sim.diagnose.cause import ANOTHER_VEHICLE, ENOUGH, Cause
-from rcc_sim.diagnose.compete import Explanation, shares_of
+from rcc_sim.diagnose.compete import Explanation
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import RADIUS, Knob
 from rcc_sim.diagnose.remainder import Remainder
 from rcc_sim.diagnose.screen import CLOSER, TICK
+from rcc_sim.diagnose.winner import shares_of
 from rcc_sim.physics.effect import Effect
 from rcc_sim.physics.effects import EFFECTS
 from rcc_sim.units import unit_of

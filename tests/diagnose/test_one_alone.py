@@ -7,8 +7,8 @@ import pytest
 
 from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.cause import ENOUGH, Cause
-from rcc_sim.diagnose.compete import one_alone
 from rcc_sim.diagnose.knobs import Knob
+from rcc_sim.diagnose.leave_out import one_alone
 from rcc_sim.diagnose.refine import Refined
 
 DRAG = Cause("aerodynamic_drag", ("effects.aerodynamic_drag.drag_area_m2",), 186.0)

@@ -6,9 +6,9 @@ import pytest
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.cause import Cause
-from rcc_sim.diagnose.compete import without_outdone
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.knobs import Knob, nuisance_knobs
+from rcc_sim.diagnose.leave_out import without_outdone
 from rcc_sim.diagnose.posed import problem_of
 from rcc_sim.diagnose.profile import Profile
 from rcc_sim.diagnose.varying import with_acting
