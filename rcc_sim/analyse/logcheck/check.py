@@ -36,7 +36,8 @@ from rcc_sim.analyse.logcheck.glitches import (
     spikes,
 )
 from rcc_sim.analyse.logcheck.mistakes import follows_erpm
-from rcc_sim.analyse.logcheck.relations import means, relations
+from rcc_sim.analyse.logcheck.relation import means
+from rcc_sim.analyse.logcheck.relations import relations
 from rcc_sim.analyse.logcheck.rest import biases, late_commands
 from rcc_sim.analyse.logcheck.timebase import TimeBase, missing, time_base
 from rcc_sim.analyse.logcheck.units import blame, by_size, geared, net_sign, unsigned

@@ -16,7 +16,7 @@ from rcc_sim.analyse.logcheck.mistakes import (
     mistakes,
     size_of,
 )
-from rcc_sim.analyse.logcheck.relations import Means, Relation, slope
+from rcc_sim.analyse.logcheck.relation import Means, Relation, slope
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.units import G
 
