@@ -59,6 +59,14 @@ def gap(
         ),
     ] = None,
     hide: Hide = None,
+    back: Annotated[
+        bool,
+        typer.Option(
+            "--back",
+            help="The way back along a road: the vehicle's slope and wind come from "
+            "the other side.",
+        ),
+    ] = False,
     repeats: Repeats = None,
     reader: Reader = None,
     map_: Map = None,
@@ -85,14 +93,14 @@ def gap(
         jobs, dask or "", html, output, csv, json,
     )  # fmt: skip
     if asked.is_fleet:
-        refuse_single({"--repeats": repeats, "--plot": plot})
+        refuse_single({"--back": back, "--repeats": repeats, "--plot": plot})
         _fleet(asked, {"vehicle": vehicle, "hide": hide, "reader": reader, "map": map_})
         return
     log = one_log(asked)
     read = [log, vehicle, *(repeats or [])]
     once([log, *(repeats or [])])
     keep(read, {"--plot": plot, "--html": html, "--output": output})
-    found = _found(log, vehicle, hide or [], repeats or [], reader, map_)
+    found = _found(log, vehicle, hide or [], back, repeats or [], reader, map_)
     if plot is not None:
         from rcc_sim.report.gap_plot import plot_gap
         from rcc_sim.report.plots import save
@@ -115,6 +123,7 @@ def _found(
     log: str,
     vehicle: str,
     hide: list[str],
+    back: bool,
     repeats: list[str],
     reader: str | None,
     map_: str | None,
@@ -125,7 +134,7 @@ def _found(
     from rcc_sim.definitions.vehicle import load_vehicle
 
     car = load_vehicle(vehicle)
-    logged = open_log(log, car, reader=reader, columns=map_, hide=hide)
+    logged = open_log(log, car, reader=reader, columns=map_, hide=hide, back=back)
     others = [open_log(name, car, reader=reader, columns=map_).log for name in repeats]
     with progress("replaying", len(logged.log)) as tell:
         return gap(logged, car, repeats=others, progress=tell)

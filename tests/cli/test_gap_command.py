@@ -35,6 +35,22 @@ def drive(tmp_path_factory):
     return path
 
 
+def test_the_way_back_meets_the_slope_from_the_other_side(tmp_path):
+    back, car = tmp_path / "back.csv", tmp_path / "car.toml"
+    downhill = ("--with", "road_grade:slope=-0.02", "--output", back)
+    assert not rccsim("simulate", "rcc", "--cycle", "udds[20:40]", *downhill).returncode
+    car.write_text(
+        '[vehicle]\nname = "car"\nextends = "rcc"\n[effects.road_grade]\nslope = 0.02\n'
+    )
+    asked = ("gap", back, "--vehicle", car, "--json", "--hide", "slope")
+    out, home = (
+        json.loads(rccsim(*asked, "--hide", "elevation_m", *way).stdout)["energy"]
+        for way in ((), ("--back",))
+    )
+    assert out["gap_percent"] < -10
+    assert abs(home["gap_percent"]) < 1e-3
+
+
 def test_json_holds_where_the_gap_sits(drive):
     done = rccsim("gap", drive, "--vehicle", "rcc", "--json")
     assert done.returncode == 0, done.stderr
