@@ -64,6 +64,9 @@ SHOWN = 4
 UNSEEN = 6
 """Effects that would not show, of which so many are told."""
 
+SURE = 0.9
+"""Probability of a cause below which the verdict says that it is not for sure."""
+
 NOTHING = 1.9
 """Width of an interval of what is gone, from -1 to 1 at most, that tells nothing."""
 
@@ -218,6 +221,9 @@ def _verdict(found: Diagnosis) -> str:
         told = told.replace("no gap", "no cause: no gap row by row") + f"; {RARE}"
     elif found.status != "no_gap" and all(energies):
         told += "; by its energy alone tolerances would do, row by row they do not"
+    least = min((a.probability for a in found.asserted), default=1.0)
+    if least < SURE:
+        told += f"; not for sure, at {probable(least)}"
     return told
 
 
@@ -309,6 +315,8 @@ def _proof(found: Diagnosis) -> Iterator[tuple[str, str]]:
         f"{percent(s.explained)} of what is beyond noise is gone ({percent(s.low)} to "
         f"{percent(s.high)})"
     )
+    if s.low < 0:
+        gone += ": too little was, to be sure"
     if s.high - s.low >= NOTHING:
         gone = "too little is beyond noise, row by row, to tell what of it is gone"
     yield "PROOF", f"on {_held_out(found)} {gone}{energy}"

@@ -1,0 +1,48 @@
+"""What is not for sure is said so: a cause that may be none, a proof on too little."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from rcc_sim.report.screen import SURE, _proof, _verdict
+
+
+def found(probabilities=(), shrink=(0.9, 0.8, 1.0)):
+    explained, low, high = shrink
+    energy = SimpleNamespace(within=False, measured_wh=1.0)
+    return SimpleNamespace(
+        gaps=[SimpleNamespace(energy=energy, channels=())],
+        status="explained",
+        asked=(),
+        asserted=[SimpleNamespace(probability=p) for p in probabilities],
+        shrink=SimpleNamespace(explained=explained, low=low, high=high),
+        energy_before=None,
+        energy_after=None,
+        by_torque=False,
+        kept_back=(),
+    )
+
+
+@pytest.mark.parametrize(
+    ("probabilities", "told"),
+    [
+        ((0.995,), "explained"),
+        ((0.995, SURE), "explained"),
+        ((0.995, 0.6), "explained; not for sure, at 60 %"),
+    ],
+)
+def test_the_least_sure_cause_is_told_beside_the_verdict(probabilities, told):
+    assert _verdict(found(probabilities)) == told
+
+
+@pytest.mark.parametrize(
+    ("shrink", "told"),
+    [
+        ((0.9, 0.8, 1.0), "(80 % to 100 %)"),
+        ((0.8, -0.51, 1.0), "(−51 % to 100 %): too little was, to be sure"),
+        ((0.8, -1.0, 1.0), "too little is beyond noise, row by row, to tell"),
+    ],
+)
+def test_a_proof_that_may_be_none_says_so(shrink, told):
+    ((word, text),) = _proof(found(shrink=shrink))
+    assert word == "PROOF" and told in text
