@@ -106,15 +106,15 @@ def rows(gap: Gap) -> list[dict[str, Any]]:
     return out
 
 
-def headline(gap: Gap) -> str:
-    """Return the energy gap and its verdict in one line."""
-    e = gap.energy
+def headline(gap: Gap, model: str = "") -> str:
+    """Return the energy gap and its verdict in one line; ``model`` names the file."""
+    e, model = gap.energy, model or gap.vehicle
     if e.gap_wh is None:
-        return f"{gap.log} against {gap.vehicle} ({gap.mode}): no energy was logged"
+        return f"{gap.log} against {model} ({gap.mode}): no energy was logged"
     percent = "" if e.gap_percent is None else f" ({e.gap_percent:+.3g} %)"
     verdict = "within" if e.within else "beyond"
     return (
-        f"{gap.log} against {gap.vehicle} ({gap.mode}), at the {e.at}: measured "
+        f"{gap.log} against {model} ({gap.mode}), at the {e.at}: measured "
         f"{e.measured_wh:.4g} Wh, simulated {e.simulated_wh:.4g} Wh, "
         f"gap {e.gap_wh:+.3g} Wh{percent}; {verdict} {COVERAGE:g} × u_val = "
         f"{e.expanded:.3g} Wh"

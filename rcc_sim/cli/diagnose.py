@@ -269,7 +269,7 @@ def _write(
         if "wheel_radius" in found.effects().keys() - {
             a.cause.effect for a in found.asserted
         }:
-            say("note: tyres.radius_m moved; wheel_radius.scale holds it")
+            say("note: wheel_radius.scale holds what these logs make of tyres.radius_m")
         for key, sds in found.elsewhere.items():
             say(f"note: {key} is {sds:.0f} sds off what was stated; {vehicle} holds it")
         for column in found.hidden:

@@ -110,7 +110,7 @@ def gap(
         from rcc_sim.report.gap_page import gap_page
 
         write_page(gap_page(found, read), html)
-    _deliver(found, output, csv=csv, json=json)
+    _deliver(found, vehicle, output, csv=csv, json=json)
 
 
 def _fleet(asked: Asked, options: dict[str, Any]) -> None:
@@ -140,10 +140,12 @@ def _found(
         return gap(logged, car, repeats=others, progress=tell)
 
 
-def _deliver(found: Gap, output: Path | None, *, csv: bool, json: bool) -> None:
+def _deliver(
+    found: Gap, vehicle: str, output: Path | None, *, csv: bool, json: bool
+) -> None:
     from rcc_sim.analyse import gap_report as report
 
-    say(report.headline(found))
+    say(report.headline(found, vehicle))
     tell_notes([("", notes_of(found.findings, found.notes))])
     if output is None and sys.stdout.isatty() and not (json or csv):
         for title, table in report.tables(found):

@@ -35,6 +35,7 @@ from rcc_sim.diagnose.varying import (
     profile_cause,
     with_profile,
 )
+from rcc_sim.diagnose.wake import woken
 from rcc_sim.diagnose.winner import cause_of, near_to
 
 Array = NDArray[np.float64]
@@ -97,7 +98,7 @@ def compete(
 ) -> Explanation:
     """Find the smallest set of effects that the logs ask for."""
     told("tolerances")
-    null = descent.fit(engine, {}, nuisance_knobs(engine.problems))
+    null = woken(engine, descent.fit(engine, {}, nuisance_knobs(engine.problems)))
     causes: list[Cause] = []
     ranking: dict[str, float] = {}
     outdone: set[str] = set()

@@ -24,6 +24,7 @@ from rcc_sim.diagnose.remainder import Remainder
 from rcc_sim.diagnose.verdict import (
     INTERVAL,
     Asserted,
+    LogEnergy,
     moved,
     ranking,
 )
@@ -75,6 +76,8 @@ class Diagnosis:
         Effects that were considered alone; empty: all that could show.
     hidden : tuple of str
         Measured columns that were left out.
+    by_log : tuple of LogEnergy
+        Energy gap of each log, where there are several.
     """
 
     vehicle: Vehicle
@@ -95,6 +98,7 @@ class Diagnosis:
     shown: int = 0
     asked: tuple[str, ...] = ()
     hidden: tuple[str, ...] = ()
+    by_log: tuple[LogEnergy, ...] = ()
 
     def document(self) -> dict[str, Any]:
         """Return what ``--json`` prints."""
@@ -126,6 +130,15 @@ class Diagnosis:
                 "energy_gap_percent_after": self.energy_after,
                 "energy_by_measured_torque": self.by_torque,
             },
+            "by_log": [
+                {
+                    "log": one.log,
+                    "energy_gap_percent_before": one.before,
+                    "energy_gap_percent_after": one.after,
+                    "disagrees": one.disagrees,
+                }
+                for one in self.by_log
+            ],
             "moved": moved(self.fit, self.vehicle.figures()),
             "figures": {k: self._told(k, x) for k, x in self._moved().items()},
             "prices": self.prices and asdict(self.prices),

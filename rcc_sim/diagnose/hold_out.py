@@ -159,7 +159,7 @@ def proof(
     """
 
     def driven(problems: Sequence[Problem]) -> Sequence[Problem]:
-        return problems if by_torque else [by_motion(p) for p in problems]
+        return driven_by(problems, by_torque=by_torque)
 
     if not holdouts:
         fitted = halves(acting, fit)
@@ -179,6 +179,11 @@ def proof(
         energy_percent(driven(holdouts), [({}, None)]),
         energy_percent(driven(holdouts), [(values, None)]),
     )
+
+
+def driven_by(problems: Sequence[Problem], *, by_torque: bool) -> Sequence[Problem]:
+    """Return drives whose power follows from the torque measured, or the motion."""
+    return problems if by_torque else [by_motion(p) for p in problems]
 
 
 def kept_back(other: Engine, values: dict[str, float]) -> Shrink:
@@ -218,20 +223,49 @@ def energy_percent(
     """
     measured = simulated = 0.0
     for figures, rows in fitted:
-        vehicle = problems[0].vehicle.changed(settings=figures_of(figures))
         for i, p in enumerate(problems):
-            power = logged_power(p.log)
-            if power is None:
+            if rows is None:
+                torque, road, judged = scale_key(0, TORQUE), 0.0, None
+            else:
+                torque, judged = scale_key(i, TORQUE), rows[i]
+                road = figures.get(scale_key(i, ALTIMETER), 0.0)
+            true = p.by_true_torque(figures.get(torque, 0.0)).by_felt_road(road)
+            found = energies(p, true, figures_of(figures), judged)
+            if found is None:
                 return None
-            reads = scale_key(0 if rows is None else i, TORQUE)
-            true = p.by_true_torque(figures.get(reads, 0.0))
-            if rows is not None:
-                true = true.by_felt_road(figures.get(scale_key(i, ALTIMETER), 0.0))
-            out = true.run(vehicle)
-            dt = np.gradient(p.log["time_s"])
-            ok = np.isfinite(power) & np.isfinite(out["battery_power_w"])
-            if rows is not None:
-                ok &= rows[i]
-            measured += float((power * dt)[ok].sum())
-            simulated += float((out["battery_power_w"] * dt)[ok].sum())
+            measured += found[0]
+            simulated += found[1]
+    return _percent(measured, simulated)
+
+
+def energy_by_log(
+    problems: Sequence[Problem], figures: dict[str, float]
+) -> list[float | None]:
+    """Energy gap of each log that was fitted, in a free run with these figures. [%]"""
+    found: list[float | None] = []
+    for i, p in enumerate(problems):
+        true = p.by_true_torque(figures.get(scale_key(i, TORQUE), 0.0))
+        true = true.by_felt_road(figures.get(scale_key(i, ALTIMETER), 0.0))
+        both = energies(p, true, figures_of(figures, i))
+        found.append(_percent(*both) if both else None)
+    return found
+
+
+def energies(
+    p: Problem, true: Problem, figures: dict[str, float], rows: Mask | None = None
+) -> tuple[float, float] | None:
+    """Energy that a log measured, and that a vehicle takes on its true drive. [J]"""
+    power = logged_power(p.log)
+    if power is None:
+        return None
+    out = true.run(p.vehicle.changed(settings=figures))
+    dt = np.gradient(p.log["time_s"])
+    ok = np.isfinite(power) & np.isfinite(out["battery_power_w"])
+    if rows is not None:
+        ok &= rows
+    measured = float((power * dt)[ok].sum())
+    return measured, float((out["battery_power_w"] * dt)[ok].sum())
+
+
+def _percent(measured: float, simulated: float) -> float | None:
     return 100 * (measured - simulated) / measured if measured else None

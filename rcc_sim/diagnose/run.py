@@ -25,7 +25,7 @@ from rcc_sim.diagnose.diagnosis import Diagnosis
 from rcc_sim.diagnose.engine import MEMORY, Engine
 from rcc_sim.diagnose.experiment import next_experiments
 from rcc_sim.diagnose.fit import Fit
-from rcc_sim.diagnose.hold_out import leave_shaft, proof
+from rcc_sim.diagnose.hold_out import driven_by, energy_by_log, leave_shaft, proof
 from rcc_sim.diagnose.misread import misread
 from rcc_sim.diagnose.posed import problem_of
 from rcc_sim.diagnose.remainder import clearest, remainder, with_cut
@@ -35,6 +35,7 @@ from rcc_sim.diagnose.ties import settled
 from rcc_sim.diagnose.verdict import (
     DOUBTLESS,
     Asserted,
+    LogEnergy,
     battery_of_another,
     ends_early,
     estimates,
@@ -175,6 +176,7 @@ def diagnose(
         )
         for c, end in zip(causes, early, strict=True)
     )
+    by_log = each_log(gaps, engine, acting, fit, by_torque=by_torque)
     told("which run to drive next")
     runs = tuple(next_experiments(acting, fit, asserted, known.rivals))
     status = status_of(
@@ -188,12 +190,13 @@ def diagnose(
         explained=shrink.explained,
         ends=any(early),
         farthest=farthest,
+        disagree=any(one.disagrees for one in by_log),
     )
     shown = farthest_off(gaps)
     return Diagnosis(
         vehicle, problems[shown], gaps, status, asserted, found, fit, left, shrink,
         before, after, by_torque, runs, tuple(one.log.name for one in holdouts),
-        refuted, shown, tuple(candidates), hidden,
+        refuted, shown, tuple(candidates), hidden, by_log,
     )  # fmt: skip
 
 
@@ -226,6 +229,22 @@ def noise_of(gaps: Sequence[Gap]) -> float:
     measured = abs(sum(g.energy.measured_wh or 0.0 for g in gaps))
     noise = COVERAGE * hypot(*(g.energy.noise_wh for g in gaps))
     return 100 * noise / measured if measured else inf
+
+
+def each_log(
+    gaps: Sequence[Gap], nominal: Engine, acting: Engine, fit: Fit, *, by_torque: bool
+) -> tuple[LogEnergy, ...]:
+    """Return the energy gap of each of several logs, before and after; none of one."""
+    if len(gaps) < 2:
+        return ()
+    before, after = (
+        energy_by_log(driven_by(engine.problems, by_torque=by_torque), values)
+        for engine, values in ((nominal, {}), (acting, fit.values))
+    )
+    return tuple(
+        LogEnergy(gap.log, was, left, noise_of([gap]))
+        for gap, was, left in zip(gaps, before, after, strict=True)
+    )
 
 
 def refuse_short(log: Trace) -> None:

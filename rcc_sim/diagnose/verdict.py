@@ -169,6 +169,7 @@ def status_of(
     explained: float = 1.0,
     ends: bool = False,
     farthest: float = 0.0,
+    disagree: bool = False,
 ) -> str:
     """Return the status: no_gap, explained, partly_explained or unexplained.
 
@@ -176,15 +177,15 @@ def status_of(
     not shrink there, if it is ``doubtless`` or stays beyond ``noise`` [%], is not
     explained, nor what grows; nor is what does not shrink row by row (``explained``, a
     share), nor by a cause that ``ends`` where its search does, nor where a stated
-    figure is ``farthest`` off by as many sds as that of another vehicle. A gap is
-    ``large`` if it is one whatever the rows say; what no tolerance takes is one as
-    well.
+    figure is ``farthest`` off by as many sds as that of another vehicle, nor where logs
+    ``disagree``. A gap is ``large`` if it is one whatever the rows say; what no
+    tolerance takes is one as well.
     """
     if not causes:
-        real = left.is_real or large or farthest > TOLERATED
+        real = left.is_real or large or farthest > TOLERATED or disagree
         return "unexplained" if real else "no_gap"
     stays = left.is_real or ends or explained < 1 - SHRUNK
-    stays |= farthest > ANOTHER_VEHICLE
+    stays |= farthest > ANOTHER_VEHICLE or disagree
     if before is not None and after is not None:
         stays |= grew(before, after)
         asked = doubtless or abs(after) > noise
@@ -195,6 +196,33 @@ def status_of(
 def grew(before: float, after: float) -> bool:
     """Tell whether an energy gap [%] is larger than before, beyond what is none."""
     return abs(after) > abs(before) + NO_ENERGY
+
+
+@dataclass(frozen=True)
+class LogEnergy:
+    """Energy gap of one of several logs, by the file's vehicle and by the mended one.
+
+    Parameters
+    ----------
+    log : str
+        Its name.
+    before, after : float or None
+        Of the log's energy; None where the log tells none. [%]
+    chance : float
+        What noise and a rough road may put it off by. [%]
+    """
+
+    log: str
+    before: float | None
+    after: float | None
+    chance: float
+
+    @property
+    def disagrees(self) -> bool:
+        """Whether what mends the others makes its gap larger, beyond chance."""
+        if self.before is None or self.after is None:
+            return False
+        return grew(self.before, self.after) and abs(self.after) > self.chance
 
 
 def proves_nothing(explained: float, before: float | None, after: float | None) -> bool:

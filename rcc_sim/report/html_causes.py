@@ -49,8 +49,8 @@ def _asserted(diagnosis: Mapping[str, Any]) -> Markup:
     found = diagnosis.get("causes") or []
     if not found:
         reason = {
-            "no_gap": "No cause is asserted: there is no gap beyond noise and the "
-            "doubt that the vehicle file states.",
+            "no_gap": "No cause is asserted: row by row there is no gap beyond noise "
+            "and the doubt that the vehicle file states.",
             "unexplained": "No cause is asserted: the gap is real, and no effect of "
             "the library accounts for it. The flagged stretches say where it sits.",
         }

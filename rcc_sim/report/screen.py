@@ -67,6 +67,9 @@ UNSEEN = 6
 SURE = 0.9
 """Probability of a cause below which the verdict says that it is not for sure."""
 
+OTHERWISE = "another car, load or road, or the way back (--back)? Diagnose it alone"
+"""What may be with a log whose gap grows by what mends the others."""
+
 NOTHING = 1.9
 """Width of an interval of what is gone, from -1 to 1 at most, that tells nothing."""
 
@@ -121,6 +124,14 @@ def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
         yield from _proof(found)
         yield from ((word, of_one + text) for word, text in _ledger(found))
     yield from _moved(found)
+    for one in found.by_log:
+        if one.disagrees:
+            yield (
+                "DOUBT",
+                f"{short(one.log)} does not go with the others: energy gap "
+                f"{_rounded(one.before or 0.0, 1)} % before, "
+                f"{_rounded(one.after or 0.0, 1)} % after; {OTHERWISE}",
+            )
     voltage = battery_of_another(found.gap.findings)
     if voltage:
         yield "DOUBT", f"{voltage}: was it this vehicle that drove?"

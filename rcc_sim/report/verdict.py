@@ -37,7 +37,11 @@ def verdict_of(diagnosis: Mapping[str, Any]) -> str:
         names = [str(c["channel"]) for c in where.get("channels") or []]
         place = judged(names, energy.get("measured_wh"))
         doubt = "doubt" if told else "the noise and the vehicle file's stated doubt"
+        if energy.get("within") is False:
+            doubt = "the noise and the vehicle file's stated doubt, row by row"
         parts = [f"no gap{place} beyond {doubt}", told or "no energy was judged"]
+        if energy.get("within") is False:
+            parts.append("the stated figures take it up as moved; one more drive tells")
     elif status == "unexplained":
         parts = [
             _unexplained(diagnosis.get("candidates") or []),
@@ -47,6 +51,10 @@ def verdict_of(diagnosis: Mapping[str, Any]) -> str:
         parts = [_because(diagnosis), _mended(diagnosis)]
         if status == "partly_explained":
             parts.append("structure remains that this does not explain")
+    odd = [str(x["log"]) for x in diagnosis.get("by_log") or [] if x["disagrees"]]
+    if odd:
+        go = "does" if len(odd) == 1 else "do"
+        parts.append(f"{listed(odd)} {go} not go with the other logs")
     parts.append(doubt_of(diagnosis.get("moved") or {}, named=True))
     sentence = "; ".join(part for part in parts if part)
     end = "" if sentence.endswith("?") else "."

@@ -334,3 +334,16 @@ def test_a_standing_car_tells_auxiliaries_that_are_in_kilowatts(by_power):
     assert "kW" in finding.what and finding.factor == pytest.approx(1000.0)
     fan = with_fault(right, "aux_power_w", lambda p: p / 200)  # alone is logged
     assert not grave(check_log(fan, car))
+
+
+def test_a_voltage_in_kilovolts_is_told():
+    log = driven("bmw_i3", "udds", None, None, True)
+    (finding,) = found(
+        check_log(
+            with_fault(log, "battery_voltage_v", lambda u: u / 1000),
+            load_vehicle("bmw_i3"),
+        ),
+        "unit",
+        "battery_voltage_v",
+    )
+    assert "kV" in finding.what and finding.factor == pytest.approx(1000.0)

@@ -34,7 +34,7 @@ UNITS: dict[str, tuple[tuple[float, str], ...]] = {
     "accel_x_mps2": ((1 / G, "g"), (1000 / G, "mg"), (100.0, "cm/s²")),
     "accel_y_mps2": ((1 / G, "g"), (1000 / G, "mg"), (100.0, "cm/s²")),
     "motor_speed_radps": ((RPM, "rpm"),),
-    "battery_voltage_v": ((1000.0, "mV"),),
+    "battery_voltage_v": ((1000.0, "mV"), (0.001, "kV")),
     "battery_current_a": ((1000.0, "mA"),),
     "battery_power_w": ((0.001, "kW"), (1000.0, "mW")),
     "aux_power_w": ((0.001, "kW"),),
@@ -54,7 +54,7 @@ SIGNED = (
 """What may have the other sign, the likelier first."""
 
 LARGE = {"battery_voltage_v": 1500.0, "battery_current_a": 1500.0}
-"""What a channel must reach before thousandths are believed. [V], [A]"""
+"""What a channel must reach before thousandths of its unit are believed. [V], [A]"""
 
 
 def mistakes(columns: Columns, vehicle: Vehicle | None) -> list[Mistake]:
@@ -64,11 +64,12 @@ def mistakes(columns: Columns, vehicle: Vehicle | None) -> list[Mistake]:
     if by_poles:
         out += _counted(vehicle.motor.poles if vehicle else None)
     for name, units in UNITS.items():
-        if name not in columns or size_of(columns[name]) < LARGE.get(name, 0.0):
+        if name not in columns or (name == "speed_mps" and by_poles):
             continue
-        if name == "speed_mps" and by_poles:
-            continue
+        small = size_of(columns[name]) < LARGE.get(name, 0.0)
         for rank, (factor, words) in enumerate(units):
+            if small and factor > 1:
+                continue
             out.append(Mistake(name, "unit", factor, words, 1.0 - 0.2 * rank))
     if vehicle is not None and "motor_speed_radps" in columns:
         out += _electrical(vehicle.motor.poles)
