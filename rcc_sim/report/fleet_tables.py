@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from rcc_sim.batch.fleet_rows import TEMPERATURE
+from rcc_sim.diagnose.pooled import POOLED_ENOUGH
 from rcc_sim.report.html_parts import effect_title
 from rcc_sim.report.text import figures, listed, percent
 
@@ -79,8 +80,10 @@ def pooled_lines(pooled: Doc, effects: list[Doc]) -> list[str]:
         ]
         return told + [_pooled_line(cause, pooled) for cause in pooled["causes"]]
     if not pooled["causes"]:
-        best = [f"{p['effect']}, {figures(p['nats'])} nats" for p in pooled["ranking"]]
-        most = f" (the most: {best[0]})" if best else ""
+        best = next(iter(pooled["ranking"]), {"nats": POOLED_ENOUGH})
+        most = ""
+        if best["nats"] < POOLED_ENOUGH:  # else it is not what the logs have in common
+            most = f" (the most: {best['effect']}, {figures(best['nats'])} nats)"
         return [f"together, {_logs(pooled['logs'])}: no cause{most}"]
     return [_pooled_line(cause, pooled) for cause in pooled["causes"]]
 

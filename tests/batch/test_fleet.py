@@ -17,7 +17,7 @@ from rcc_sim.batch.fleet_logs import Entry, entries_of, is_many, logs_of, read_l
 from rcc_sim.batch.fleet_rows import CHECK, TEMPERATURE, check_row, context
 from rcc_sim.batch.fleet_summary import recurring, summary
 from rcc_sim.errors import InputError
-from rcc_sim.report.fleet_tables import lines
+from rcc_sim.report.fleet_tables import lines, pooled_lines
 from rcc_sim.simulate.run import simulate
 from rcc_sim.trace import Trace, write_trace
 from tests.batch.test_runs import DRIVE
@@ -259,3 +259,12 @@ def test_a_cause_that_too_few_logs_name_or_tie_with_is_none_of_all():
     rows += [row(**named("drag")), row(**named("drag", "rolls"))]
     assert summary(rows, "diagnose")["pooled"]["too_strong"] == []
     assert lines(summary(rows, "diagnose"))[-1] == "together, 0 logs: no cause"
+
+
+def test_what_is_enough_and_yet_no_cause_is_not_told_as_the_most():
+    def told(nats):
+        ranking = [{"effect": "payload", "nats": nats}]
+        return pooled_lines({"causes": [], "logs": 3, "ranking": ranking}, [])
+
+    assert told(11.6) == ["together, 3 logs: no cause (the most: payload, 11.6 nats)"]
+    assert told(17.5) == ["together, 3 logs: no cause"]
