@@ -262,10 +262,10 @@ def chosen_jerk(
 
     Every fifth row is held out; what is then missed by is pooled by a robust sum, so
     that a corner of the drive does not decide. The grid is scaled by the drive's own
-    acceleration over one second. The least jerk counts that is behind the best by no
-    more than a standard error: beside an accelerometer a noisy speed tells little of
-    it, and the noise of an acceleration that is too rough lightens a car by a fifth.
-    [1]_
+    acceleration over one second, or by ten times the noise where that is more: such a
+    speed tells little of its acceleration beside an accelerometer, and what is too
+    rough of that lightens a car by a fifth. The least jerk counts then that is behind
+    the best by no more than a standard error. [1]_
 
     References
     ----------
@@ -288,13 +288,14 @@ def chosen_jerk(
     change = (
         np.diff(np.interp(even, t[known], given[known])) if len(even) > 3 else [1.0]
     )
-    scale = max(float(np.std(change)), 10 * noise)
+    drive = float(np.std(change))
+    scale = max(drive, 10 * noise)
     missed = np.empty((len(GRID), int(held.sum())))
     for row, share in zip(missed, GRID, strict=True):
         x, _ = smooth_speed(t, given, noise=noise, jerk=share * scale, felt=beside)
         row[:] = np.log1p(((x - v)[held] / noise) ** 2 / 4)
     behind = missed - missed[np.argmin(missed.sum(axis=1))]
-    error = np.sqrt(held.sum()) * behind.std(axis=1)
+    error = np.sqrt(held.sum()) * behind.std(axis=1) * (scale > drive)
     return float(scale * GRID[int(np.argmax(behind.sum(axis=1) <= error))])
 
 
