@@ -11,6 +11,7 @@ from rcc_sim.analyse.gap import Gap
 from rcc_sim.analyse.gap_report import where
 from rcc_sim.definitions.figure import Z_90, Figure
 from rcc_sim.definitions.vehicle import Vehicle
+from rcc_sim.diagnose.by_log import LogEnergy
 from rcc_sim.diagnose.cause import ANOTHER_VEHICLE
 from rcc_sim.diagnose.compete import Explanation
 from rcc_sim.diagnose.experiment import Experiment
@@ -24,7 +25,6 @@ from rcc_sim.diagnose.remainder import Remainder
 from rcc_sim.diagnose.verdict import (
     INTERVAL,
     Asserted,
-    LogEnergy,
     moved,
     ranking,
 )

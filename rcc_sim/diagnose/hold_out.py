@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -157,10 +158,7 @@ def proof(
     ``by_torque``: an imposed drive's power follows from the torque that was measured,
     else from its motion.
     """
-
-    def driven(problems: Sequence[Problem]) -> Sequence[Problem]:
-        return driven_by(problems, by_torque=by_torque)
-
+    driven = partial(driven_by, by_torque=by_torque)
     if not holdouts:
         fitted = halves(acting, fit)
         return (
@@ -225,11 +223,10 @@ def energy_percent(
     for figures, rows in fitted:
         for i, p in enumerate(problems):
             if rows is None:
-                torque, road, judged = scale_key(0, TORQUE), 0.0, None
+                gain = figures.get(scale_key(0, TORQUE), 0.0)
+                true, judged = p.by_true_torque(gain), None
             else:
-                torque, judged = scale_key(i, TORQUE), rows[i]
-                road = figures.get(scale_key(i, ALTIMETER), 0.0)
-            true = p.by_true_torque(figures.get(torque, 0.0)).by_felt_road(road)
+                true, judged = as_read(p, figures, i), rows[i]
             found = energies(p, true, figures_of(figures), judged)
             if found is None:
                 return None
@@ -244,11 +241,18 @@ def energy_by_log(
     """Energy gap of each log that was fitted, in a free run with these figures. [%]"""
     found: list[float | None] = []
     for i, p in enumerate(problems):
-        true = p.by_true_torque(figures.get(scale_key(i, TORQUE), 0.0))
-        true = true.by_felt_road(figures.get(scale_key(i, ALTIMETER), 0.0))
-        both = energies(p, true, figures_of(figures, i))
+        both = energies(p, as_read(p, figures, i), figures_of(figures, i))
         found.append(_percent(*both) if both else None)
     return found
+
+
+def as_read(p: Problem, figures: Mapping[str, float], log: int) -> Problem:
+    """Return the drive of a log that was fitted: its torque and road as they were.
+
+    By how much too much its torque meter and its altimeter were found to read.
+    """
+    true = p.by_true_torque(figures.get(scale_key(log, TORQUE), 0.0))
+    return true.by_felt_road(figures.get(scale_key(log, ALTIMETER), 0.0))
 
 
 def energies(

@@ -71,17 +71,21 @@ def calmed(problem: Problem) -> Problem:
     white = np.random.default_rng(0).normal(0.0, noise, len(torque))
     by_motion = replay(problem.vehicle, untorqued(drive))["motor_torque_nm"]
     for rows in SMOOTHED_OVER:
-        jerk = jerk_of(noise, row, rows * row)
-        taken, from_torque, from_white = (
-            x - smooth_speed(drive.time, x, noise=noise, jerk=jerk)[0]
-            for x in (torque - by_motion, torque, white)
-        )
-        lost = in_common(taken, from_torque) > in_common(from_white, from_white)
-        fewest = rows == SMOOTHED_OVER[-1]
-        if np.nanstd(taken) <= NO_MORE * noise and (fewest or not lost):
+        how = {"noise": noise, "jerk": jerk_of(noise, row, rows * row)}
+        taken = rough_part(drive.time, torque - by_motion, **how)
+        if np.nanstd(taken) > NO_MORE * noise:
+            continue
+        chance = rough_part(drive.time, white, **how)
+        lost = in_common(taken, rough_part(drive.time, torque, **how))
+        if rows == SMOOTHED_OVER[-1] or lost <= in_common(chance, chance):
             calm = np.where(np.isfinite(torque), torque - taken, np.nan)
             return replace(problem, drive=torqued(drive, calm))
     return problem
+
+
+def rough_part(time: Array, x: Array, *, noise: float, jerk: float) -> Array:
+    """Return what smoothing takes from a channel."""
+    return x - smooth_speed(time, x, noise=noise, jerk=jerk)[0]
 
 
 def in_common(one: Array, other: Array) -> float:

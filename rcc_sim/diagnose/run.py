@@ -7,17 +7,17 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
-from math import hypot, inf
+from math import inf
 from typing import TypeVar
 
 import numpy as np
 
 from rcc_sim.analyse.gap import Gap, gap
-from rcc_sim.analyse.gap_energy import COVERAGE
 from rcc_sim.analyse.logged import Logged
 from rcc_sim.analyse.offsets import OFFSETS
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose import descent
+from rcc_sim.diagnose.by_log import each_log, noise_of
 from rcc_sim.diagnose.candidates import candidates_for, size_of
 from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.compete import Explanation, compete
@@ -25,7 +25,7 @@ from rcc_sim.diagnose.diagnosis import Diagnosis
 from rcc_sim.diagnose.engine import MEMORY, Engine
 from rcc_sim.diagnose.experiment import next_experiments
 from rcc_sim.diagnose.fit import Fit
-from rcc_sim.diagnose.hold_out import driven_by, energy_by_log, leave_shaft, proof
+from rcc_sim.diagnose.hold_out import leave_shaft, proof
 from rcc_sim.diagnose.misread import misread
 from rcc_sim.diagnose.posed import problem_of
 from rcc_sim.diagnose.remainder import clearest, remainder, with_cut
@@ -35,7 +35,6 @@ from rcc_sim.diagnose.ties import settled
 from rcc_sim.diagnose.verdict import (
     DOUBTLESS,
     Asserted,
-    LogEnergy,
     battery_of_another,
     ends_early,
     estimates,
@@ -222,29 +221,6 @@ def beside(tasks: Iterable[Callable[[], R]]) -> Iterator[list[R]]:
 def farthest_off(gaps: Sequence[Gap]) -> int:
     """Return the log whose energy is farthest off; the first where none is known."""
     return int(np.argmax([abs(g.energy.gap_wh or 0.0) for g in gaps]))
-
-
-def noise_of(gaps: Sequence[Gap]) -> float:
-    """Return how far noise and a rough road may put the energy of logs, in percent."""
-    measured = abs(sum(g.energy.measured_wh or 0.0 for g in gaps))
-    noise = COVERAGE * hypot(*(g.energy.noise_wh for g in gaps))
-    return 100 * noise / measured if measured else inf
-
-
-def each_log(
-    gaps: Sequence[Gap], nominal: Engine, acting: Engine, fit: Fit, *, by_torque: bool
-) -> tuple[LogEnergy, ...]:
-    """Return the energy gap of each of several logs, before and after; none of one."""
-    if len(gaps) < 2:
-        return ()
-    before, after = (
-        energy_by_log(driven_by(engine.problems, by_torque=by_torque), values)
-        for engine, values in ((nominal, {}), (acting, fit.values))
-    )
-    return tuple(
-        LogEnergy(gap.log, was, left, noise_of([gap]))
-        for gap, was, left in zip(gaps, before, after, strict=True)
-    )
 
 
 def refuse_short(log: Trace) -> None:

@@ -198,33 +198,6 @@ def grew(before: float, after: float) -> bool:
     return abs(after) > abs(before) + NO_ENERGY
 
 
-@dataclass(frozen=True)
-class LogEnergy:
-    """Energy gap of one of several logs, by the file's vehicle and by the mended one.
-
-    Parameters
-    ----------
-    log : str
-        Its name.
-    before, after : float or None
-        Of the log's energy; None where the log tells none. [%]
-    chance : float
-        What noise and a rough road may put it off by. [%]
-    """
-
-    log: str
-    before: float | None
-    after: float | None
-    chance: float
-
-    @property
-    def disagrees(self) -> bool:
-        """Whether what mends the others makes its gap larger, beyond chance."""
-        if self.before is None or self.after is None:
-            return False
-        return grew(self.before, self.after) and abs(self.after) > self.chance
-
-
 def proves_nothing(explained: float, before: float | None, after: float | None) -> bool:
     """Tell whether causes do nothing for rows that no fit saw: they are withdrawn.
 

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from math import inf
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import BIAS, Knob
 from rcc_sim.errors import InputError
-
-Array = NDArray[np.float64]
 
 OFF = (-3.0, -2.0, -1.5, -1.0, -0.5, 0.5, 1.0, 1.5, 2.0, 3.0)
 """Standard deviations by which a figure is tried off what is stated."""
@@ -29,10 +25,7 @@ def woken(engine: Engine, null: Fit) -> Fit:
     A limit that the nominal vehicle never comes to has no slope, and no fit moves it;
     it may be as much lower as its sd says, and is no cause then.
     """
-    for knob in asleep(null):
-        ends = [knob.within(knob.value + off * knob.sd) for off in (OFF[0], OFF[-1])]
-        if not changes(engine, null, knob.key, ends):
-            continue
+    for knob in within_reach(engine, null):
         tried = [knob.within(knob.value + off * knob.sd) for off in OFF]
 
         def one(x: float, key: str = knob.key, base: Fit = null) -> Fit | None:
@@ -46,21 +39,27 @@ def woken(engine: Engine, null: Fit) -> Fit:
     return null
 
 
-def changes(engine: Engine, fit: Fit, key: str, to: Sequence[float]) -> bool:
-    """Tell whether a figure changes anything at either end of where it may be."""
+def within_reach(engine: Engine, fit: Fit) -> list[Knob]:
+    """Return the sleeping figures that do something at an end of where they may be."""
+    sleeping = asleep(fit)
+    if not sleeping:
+        return []
+    base = engine.residuals(fit.values, coarse=True)
 
-    def left(x: float) -> list[Array]:
-        try:
-            return engine.residuals({**fit.values, key: x}, coarse=True)
-        except InputError:  # no such vehicle
-            return []
+    def acts(knob: Knob) -> bool:
+        for off in (OFF[0], OFF[-1]):
+            there = {**fit.values, knob.key: knob.within(knob.value + off * knob.sd)}
+            try:
+                tracks = engine.residuals(there, coarse=True)
+            except InputError:  # no such vehicle
+                continue
+            pairs = zip(tracks, base, strict=True)
+            if any(np.nan_to_num(x - y).any() for x, y in pairs):
+                return True
+        return False
 
-    base, *there = engine.each(left, [fit.values[key], *to])
-    return any(
-        np.nan_to_num(a - b).any()
-        for tracks in there
-        for a, b in zip(tracks, base, strict=bool(tracks))
-    )
+    told = engine.each(acts, sleeping)
+    return [knob for knob, does in zip(sleeping, told, strict=True) if does]
 
 
 def asleep(fit: Fit) -> list[Knob]:

@@ -36,12 +36,13 @@ def verdict_of(diagnosis: Mapping[str, Any]) -> str:
         told = _gap(energy)
         names = [str(c["channel"]) for c in where.get("channels") or []]
         place = judged(names, energy.get("measured_wh"))
-        doubt = "doubt" if told else "the noise and the vehicle file's stated doubt"
+        both = "the noise and the vehicle file's stated doubt"
         if energy.get("within") is False:
-            doubt = "the noise and the vehicle file's stated doubt, row by row"
-        parts = [f"no gap{place} beyond {doubt}", told or "no energy was judged"]
-        if energy.get("within") is False:
-            parts.append("the stated figures take it up as moved; one more drive tells")
+            taken = "the stated figures take it up as moved; one more drive tells"
+            parts = [f"no gap{place} beyond {both}, row by row", told, taken]
+        else:
+            doubt = "doubt" if told else both
+            parts = [f"no gap{place} beyond {doubt}", told or "no energy was judged"]
     elif status == "unexplained":
         parts = [
             _unexplained(diagnosis.get("candidates") or []),
