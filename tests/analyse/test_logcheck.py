@@ -141,6 +141,19 @@ def test_two_wrong_channels_are_both_found():
     assert set(check_log(log).unusable) == {"battery_current_a", "accel_x_mps2"}
 
 
+@pytest.mark.parametrize("drive", FEW, ids=lambda d: d[0])
+@pytest.mark.parametrize("times", ["gear", 1000.0], ids=["at the wheels", "mN m"])
+def test_a_torque_at_the_wheels_or_in_thousandths_is_told_by_the_mass(drive, times):
+    car = load_vehicle(drive[0])
+    if times == "gear":
+        times = car.drivetrain.gear_ratio.value
+    log = with_fault(logged(*drive), "motor_torque_nm", lambda x: x * times)
+    checked = check_log(log, car)
+    (finding,) = found(checked, "unit", "motor_torque_nm")
+    assert finding.factor == pytest.approx(1 / times)
+    assert grave(checked) == [finding]
+
+
 def test_nothing_is_mended_in_silence():
     log = with_fault(logged(*CAR), "accel_x_mps2", lambda x: -x)
     assert np.array_equal(check_log(log).trace["accel_x_mps2"], log["accel_x_mps2"])

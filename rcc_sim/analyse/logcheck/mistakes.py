@@ -34,6 +34,7 @@ UNITS: dict[str, tuple[tuple[float, str], ...]] = {
     "accel_x_mps2": ((1 / G, "g"), (1000 / G, "mg"), (100.0, "cm/s²")),
     "accel_y_mps2": ((1 / G, "g"), (1000 / G, "mg"), (100.0, "cm/s²")),
     "motor_speed_radps": ((RPM, "rpm"),),
+    "motor_torque_nm": ((1000.0, "mN m"), (100.0, "N cm")),
     "battery_voltage_v": ((1000.0, "mV"), (0.001, "kV")),
     "battery_current_a": ((1000.0, "mA"),),
     "battery_power_w": ((0.001, "kW"), (1000.0, "mW")),
@@ -73,6 +74,10 @@ def mistakes(columns: Columns, vehicle: Vehicle | None) -> list[Mistake]:
             out.append(Mistake(name, "unit", factor, words, 1.0 - 0.2 * rank))
     if vehicle is not None and "motor_speed_radps" in columns:
         out += _electrical(vehicle.motor.poles)
+    if vehicle is not None and "motor_torque_nm" in columns:
+        gear = vehicle.drivetrain.gear_ratio.value
+        words = f"N m at the wheels, {gear:.4g} times the motor's by the gear ratio"
+        out.append(Mistake("motor_torque_nm", "unit", gear, words, 1.0))
     mean = float(np.nanmean(sampled(columns["speed_mps"]))) if _has(columns) else 1.0
     for rank, name in enumerate(SIGNED):
         if name not in columns or (name == "speed_mps" and mean > 0):

@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from rcc_sim.analyse.logcheck.finding import Columns
+from rcc_sim.analyse.logcheck.finding import Array, Columns
 from rcc_sim.analyse.logcheck.relation import Means, Relation, slope
 from rcc_sim.analyse.logcheck.relations_of_power import (
+    WORK,
     power_relations,
     resting_relations,
 )
@@ -166,7 +167,7 @@ def _drive(m: Means, vehicle: Vehicle | None) -> list[Relation | None]:
                 through_zero=True,
             )
         )
-    return out + [
+    out += [
         slope(
             f"{name} against the change of speed",
             {name: 1, "speed_mps": -1, "time_s": 1},
@@ -177,4 +178,23 @@ def _drive(m: Means, vehicle: Vehicle | None) -> list[Relation | None]:
         )
         for name in ("motor_current_a", "motor_torque_nm")
         if name in c
+    ]
+    return out + _torque(c, d["speed_mps"], vehicle)
+
+
+def _torque(c: Columns, rate: Array, vehicle: Vehicle | None) -> list[Relation | None]:
+    """Return what a motor's torque is of that which speeds the mass up."""
+    if vehicle is None or "motor_torque_nm" not in c:
+        return []
+    mass, radius = vehicle.body.mass_kg.value, vehicle.tyres.radius_m.value
+    return [
+        slope(
+            "motor torque against mass times tyre radius times the change of speed by "
+            "gear ratio",
+            {"motor_torque_nm": 1, "speed_mps": -1, "time_s": 1},
+            c["motor_torque_nm"],
+            rate * mass * radius / vehicle.drivetrain.gear_ratio.value,
+            loose=WORK,
+            least=0.5,
+        )
     ]
