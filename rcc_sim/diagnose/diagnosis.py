@@ -21,11 +21,11 @@ from rcc_sim.diagnose.knobs import BIAS, RADIUS, Knob
 from rcc_sim.diagnose.posed import problem_of
 from rcc_sim.diagnose.prices import Prices, prices
 from rcc_sim.diagnose.problem import Problem
+from rcc_sim.diagnose.pulls import moved, moved_together
 from rcc_sim.diagnose.remainder import Remainder
 from rcc_sim.diagnose.verdict import (
     INTERVAL,
     Asserted,
-    moved,
     ranking,
 )
 
@@ -140,6 +140,7 @@ class Diagnosis:
                 for one in self.by_log
             ],
             "moved": moved(self.fit, self.vehicle.figures()),
+            "moved_together": moved_together(self.fit, self.vehicle.figures()),
             "figures": {k: self._told(k, x) for k, x in self._moved().items()},
             "prices": self.prices and asdict(self.prices),
             "unexplained": unexplained,

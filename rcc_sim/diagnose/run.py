@@ -7,7 +7,9 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
+from itertools import accumulate
 from math import inf
+from operator import or_
 from typing import TypeVar
 
 import numpy as np
@@ -28,6 +30,7 @@ from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.hold_out import leave_shaft, proof
 from rcc_sim.diagnose.misread import misread
 from rcc_sim.diagnose.posed import problem_of
+from rcc_sim.diagnose.pulls import moved, moved_together
 from rcc_sim.diagnose.remainder import clearest, remainder, with_cut
 from rcc_sim.diagnose.sums import with_all_figures
 from rcc_sim.diagnose.switched import LOAD
@@ -39,7 +42,6 @@ from rcc_sim.diagnose.verdict import (
     ends_early,
     estimates,
     is_steady,
-    moved,
     probability,
     proves_nothing,
     standing,
@@ -148,10 +150,12 @@ def diagnose(
     )
     fit = descent.no_surer(acting, fit, {k for c in causes for k in c.keys})
     row = size_of(problems[0], "row")
-    farthest = max(map(abs, moved(fit, stated).values()), default=0.0)
+    pulls = map(abs, moved(fit, stated).values())
+    farthest = max([moved_together(fit, stated), *pulls])
     if any(battery_of_another(g.findings) for g in gaps):
         farthest = inf
-    early = [ends_early(c, fit, vehicle.known) for c in causes]
+    # what was found beside a stronger cause that ends is no surer than that
+    early = [*accumulate((ends_early(c, fit, vehicle.known) for c in causes), or_)]
     alike = {
         c.effect: [r for r in known.rivals.get(c.effect, []) if r.effect in c.tied]
         for c in causes

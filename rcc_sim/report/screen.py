@@ -15,12 +15,12 @@ from rcc_sim.analyse.gap_replays import sd_of
 from rcc_sim.diagnose.cause import TIED
 from rcc_sim.diagnose.diagnosis import Diagnosis
 from rcc_sim.diagnose.experiment import Experiment
+from rcc_sim.diagnose.pulls import moved, moved_together
 from rcc_sim.diagnose.verdict import (
     Asserted,
     Estimate,
     battery_of_another,
     grew,
-    moved,
 )
 from rcc_sim.report.channels import way_of
 from rcc_sim.report.html_parts import OTHERS
@@ -33,7 +33,7 @@ from rcc_sim.report.text import (
     short,
     sparkline,
 )
-from rcc_sim.report.verdict import doubt_of, judged
+from rcc_sim.report.verdict import OTHER, doubt_of, judged, too_many
 
 WORDS = {
     "no_gap": "no gap beyond what tolerances and noise explain",
@@ -133,8 +133,11 @@ def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
                 f"{_rounded(one.after or 0.0, 1)} % after; {OTHERWISE}",
             )
     voltage = battery_of_another(found.gap.findings)
+    many = too_many(len(found.asserted))
     if voltage:
-        yield "DOUBT", f"{voltage}: was it this vehicle that drove?"
+        yield "DOUBT", f"{voltage}: {OTHER}"
+    if many:
+        yield "DOUBT", many
     yield from _misread(found)
     if not found.asserted:
         yield from _doubt(found)
@@ -376,7 +379,8 @@ def _moved(found: Diagnosis) -> Iterator[tuple[str, str]]:
             f"({_rounded(x, 1)} sd)"
             for key, x in list(pulls.items())[:SHOWN]
         )
-        yield "MOVED", "; ".join(filter(None, (", ".join(told), doubt_of(pulls))))
+        doubt = doubt_of(pulls, moved_together(found.fit, stated))
+        yield "MOVED", "; ".join(filter(None, (", ".join(told), doubt)))
 
 
 def _misread(found: Diagnosis) -> Iterator[tuple[str, str]]:

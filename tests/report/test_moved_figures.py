@@ -3,10 +3,13 @@
 from math import inf
 from types import SimpleNamespace
 
+import numpy as np
+
 from rcc_sim.analyse.logged import Logged
 from rcc_sim.definitions.cycle import Cycle, parse_cycle
 from rcc_sim.definitions.figure import Figure
 from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import Knob
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.report.screen import _moved
@@ -18,12 +21,18 @@ STATED = {"body.mass_kg": 3.0, "tyres.radius_m": 0.05, "body.yaw_inertia_kgm2": 
 FIGURES = {key: Figure(x, 0.01 * x) for key, x in STATED.items()}
 
 
+def fitted(knobs, values):
+    """A fit that told as much again of each figure as is stated of it."""
+    after = np.diag([2 / k.sd**2 if k.sd < inf else 1.0 for k in knobs])
+    return Fit(values, tuple(knobs), 0, 0, [], [], after)
+
+
 def test_the_farthest_come_first_and_those_within_an_sd_are_silent():
     knobs = [Knob(k, v, 0.01 * v) for k, v in STATED.items()]
     knobs += [Knob("effects.payload.mass_kg", 0.0, inf), Knob("bias.0.x", 0.0, 1.0)]
     moved = {"body.mass_kg": 3.045, "tyres.radius_m": 0.049, "bias.0.x": 5.0}
     values = {k.key: k.value for k in knobs} | moved | {"effects.payload.mass_kg": 1.0}
-    fit = SimpleNamespace(knobs=knobs, values=values)
+    fit = fitted(knobs, values)
     vehicle = SimpleNamespace(figures=lambda: FIGURES)
     told = list(_moved(SimpleNamespace(fit=fit, vehicle=vehicle)))
     says = "tyres.radius_m 0.05 to 0.049 (−2.0 sd), body.mass_kg 3 to 3.045 (+1.5 sd)"
@@ -32,7 +41,7 @@ def test_the_farthest_come_first_and_those_within_an_sd_are_silent():
 
 def test_where_none_moved_nothing_is_said():
     knobs = [Knob(k, v, 0.01 * v) for k, v in STATED.items()]
-    fit = SimpleNamespace(knobs=knobs, values=STATED)
+    fit = fitted(knobs, STATED)
     vehicle = SimpleNamespace(figures=lambda: FIGURES)
     assert list(_moved(SimpleNamespace(fit=fit, vehicle=vehicle))) == []
 
@@ -49,6 +58,22 @@ def test_what_moved_far_is_doubtful_and_farther_another_vehicle_s():
     assert "body.mass_kg" not in says[0]
     assert says[1].endswith("measure it again, or state a larger sd.")
     assert "30 sds" in says[2] and says[2].endswith("was it this vehicle that drove?")
+
+
+def test_many_causes_at_once_ask_whose_log_it_is():
+    causes = [{"effect": f"effect_{i}", "probability": 0.9} for i in range(4)]
+    says = verdict_of({"status": "explained", "causes": causes})
+    assert says.endswith("4 causes at once: was it this vehicle that drove?")
+    assert "vehicle" not in verdict_of({"status": "explained", "causes": causes[:3]})
+
+
+def test_figures_that_moved_together_are_doubtful_though_none_is_alone():
+    moved = {"body.mass_kg": -9.0, "tyres.radius_m": 8.0}
+    says = verdict_of({"status": "no_gap", "moved": moved, "moved_together": 12.0})
+    assert "together as unlikely as one figure 12 sds off" in says
+    assert says.endswith("was it this vehicle that drove?")
+    says = verdict_of({"status": "no_gap", "moved": moved, "moved_together": 9.9})
+    assert says.endswith("measure it again, or state a larger sd.")
 
 
 def test_a_wrong_vehicle_is_asked_for_and_its_file_is_not_blamed():
