@@ -6,8 +6,7 @@ from collections.abc import Collection
 from math import isfinite, log
 
 import numpy as np
-from scipy.special import ndtri_exp
-from scipy.stats import chi2
+from scipy.special import chdtrc, ndtri_exp
 
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import RADIUS, Knob
@@ -36,10 +35,10 @@ def moved_together(fit: Fit, stated: Collection[str]) -> float:
     after = dict(zip((k.key for k in fit.knobs), fit.sds().tolist(), strict=True))
     pulls = np.array([_pull(fit, k) for k in figures.values()])
     told = [1 - min(after[k.key] / k.sd, 1.0) ** 2 for k in figures.values()]
-    chance = float(chi2.logsf(pulls @ pulls, max(sum(told), 1.0)))
-    if not isfinite(chance):  # rarer than a float can be, whatever their number
+    chance = float(chdtrc(max(sum(told), 1.0), pulls @ pulls))
+    if not chance:  # rarer than a float can be, whatever their number
         return float(np.linalg.norm(pulls))
-    return -float(ndtri_exp(chance - log(2)))
+    return -float(ndtri_exp(log(chance / 2)))
 
 
 def _tolerances(fit: Fit, stated: Collection[str]) -> dict[str, Knob]:
