@@ -31,7 +31,8 @@ of such a drag, one more than 44, and none more than 31 of anything else."""
 AFTER_ENOUGH, LATERAL_ENOUGH = 30.0, 15.0
 """The same for what follows the time since braking or a stop, and for a grip or an
 angle that changes, of which a rough road knows nothing: of 264 such drives none had
-one that gained more than 21, or more than 3."""
+one that gained more than 21, or more than 3. Of 114, and of 65 with a cause that shows
+in cornering, none was more restless there than by 2."""
 
 EXACT = 1e-3
 """Share of how a channel moves below which no model is exact: over ten hours that is
@@ -160,7 +161,7 @@ class Remainder:
     @property
     def enough(self) -> float:
         """Nats that chance, or the model, may leave."""
-        if self.acts_as in CORNERING and self.profile is not None:
+        if self.acts_as in CORNERING:
             chance = LATERAL_ENOUGH
         elif (self.acts_as, self.follows) == DRAG_OVER_TIME:
             chance = ROUGH_ENOUGH
