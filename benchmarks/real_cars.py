@@ -153,7 +153,9 @@ def dart(paths: Sequence[Path], withheld: str) -> str:
     mine = [values.get(k, 0.0) for k in ("a_n", "b_n_s_per_m", "c_n_s2_per_m2")]
     fastest = max(float(np.nanmax(one.log["speed_mps"])) for one in logs)
     reached = [v for v in SPEEDS if v < fastest]
-    forces = [[road_load_force(v, *abc) for abc in (mine, FRICTION)] for v in reached]
+    forces = [
+        [road_load_force(v, v, *abc) for abc in (mine, FRICTION)] for v in reached
+    ]
     ratios = [a / b for a, b in forces]
     return row + "of the published force " + " ".join(f"{x:.2f}" for x in ratios)
 

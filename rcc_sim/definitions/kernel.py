@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import inf, sqrt
 from typing import TYPE_CHECKING
 
@@ -48,7 +49,7 @@ def kernel_params(vehicle: Vehicle, *, commanded: bool) -> dict[str, dict[str, f
             elif key == "battery.open_circuit_voltage_v":
                 open_circuit_voltage(vehicle, needed_by=name)
             else:
-                vehicle.figure(key, f"effects.{name} needs it")
+                _one_of(vehicle, key.split(" or "), f"effects.{name} needs it")
     _check_loading(vehicle)
     body, tyres = vehicle.body, vehicle.tyres
     return {
@@ -324,6 +325,12 @@ def _poles(vehicle: Vehicle, needed_by: str) -> None:
         raise InputError(
             f"{vehicle.where}: motor.poles: missing ({needed_by} needs it)"
         )
+
+
+def _one_of(vehicle: Vehicle, keys: Sequence[str], why: str) -> None:
+    """Raise for the first of some figures if the file states none of them."""
+    if not any(key in vehicle.figures() for key in keys):
+        vehicle.figure(keys[0], why)
 
 
 def _value(figure: Figure | None, default: float) -> float:

@@ -142,7 +142,7 @@ class Candidate:
     """An effect that may be missing from the vehicle, or not be what it states.
 
     Of some several figures may be off at once: each sensor has a delay of its own.
-    Some are sums of others.
+    Some are sums of others: where the file states none of it, the whole is sought.
     """
 
     effect: str
@@ -195,7 +195,8 @@ def candidates_for(
         searches = tuple(s for p in params if (s := search_of(first, effect, p)).opens)
         if searches:
             is_sum = bool(effect.sums)
-            found.append(Candidate(name, searches, effect.sensor or is_sum, is_sum))
+            whole = is_sum and name not in first.vehicle.effects
+            found.append(Candidate(name, searches, effect.sensor or is_sum, whole))
     missing = [name for name in only if name not in {c.effect for c in found}]
     if missing:
         if missing[0] in known:
@@ -253,7 +254,7 @@ def has_needs(vehicle: Vehicle, effect: Effect) -> bool:
         elif need == open_circuit:
             if not {need, "battery.nominal_voltage_v"} & set(figures):
                 return False
-        elif need not in figures:
+        elif not any(k in figures and figures[k].value > 0 for k in need.split(" or ")):
             return False
     return True
 

@@ -151,7 +151,8 @@ class Effect:
     sink : str
         Ledger line that it owns; empty where it moves energy but keeps none.
     needs : tuple of str
-        Keys of the vehicle file without which it cannot be computed.
+        Keys of the vehicle file without which it cannot be computed; one of several
+        where they are parted by `` or ``.
     excludes : tuple of str
         Effects that it stands in place of: a file that states both is an error.
     files : tuple of str

@@ -95,7 +95,7 @@ def resist(p, c, u, f, v, w):
     f.roll = rolling_force(wheel_load(c.m, u.slope), p.rolling_resistance.coefficient)
     f.aero = drag_force(v_air, drag.drag_area_m2, drag.air_density_kg_per_m3)
     f.grade = grade_force(c.m, u.slope)
-    f.road = road_load_force(v, road.a_n, road.b_n_s_per_m, road.c_n_s2_per_m2)
+    f.road = road_load_force(v, v_air, road.a_n, road.b_n_s_per_m, road.c_n_s2_per_m2)
     f.scrub = scrub_force(u.delta, p.steering_drag.force_n_per_rad)
     f.ground = f.roll + f.aero + f.grade + f.road + f.scrub
     resist_turning(p, f, c.n * w)

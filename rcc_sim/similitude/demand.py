@@ -95,7 +95,7 @@ def _road(vehicle: Vehicle, v: Array, m: float) -> Array:
     force = (
         rolling_force(m * G, _value(vehicle, "rolling_resistance", "coefficient"))
         + drag_force(v_air, area, rho)
-        + road_load_force(v, a, b, c)
+        + road_load_force(v, v_air, a, b, c)
     )
     return np.where(v > 0, force, 0.0)
 

@@ -97,15 +97,18 @@ def test_an_own_effect_goes_through_the_command_line(tmp_path):
         assert done.stdout == "" and "Traceback" not in done.stderr
 
 
-def test_a_certified_load_and_its_exact_parts_drive_alike():
+@pytest.mark.parametrize("wind", [None, 2.0, -8.0])
+def test_a_certified_load_and_its_exact_parts_drive_alike(wind):
     load = {"a_n": 0.8, "b_n_s_per_m": 0.3, "c_n_s2_per_m2": 0.03}
     certified = car({"road_load": load})
     rows = [row for row in converted(certified, 6.0) if row["how"] == "exact"]
-    parts = {}
+    blown = {"headwind": {"speed_mps": wind}} if wind else {}
+    parts = {**blown}
     for row in rows:
         _, effect, key = row["key"].split(".")
         parts.setdefault(effect, {})[key] = row["value"]
-    one, two = simulate(certified, CYCLE), simulate(car(parts), CYCLE)
+    in_wind = car({"road_load": load, **blown})
+    one, two = simulate(in_wind, CYCLE), simulate(car(parts), CYCLE)
     for column in ("speed_mps", "motor_current_a"):
         scale = np.abs(one.trace[column]).max()
         assert np.abs(one.trace[column] - two.trace[column]).max() < 1e-3 * scale
@@ -118,7 +121,7 @@ def test_rolling_and_drag_alone_are_the_least_squares_fit():
     A, B, C, m, V, rho = 199.3, 9.263, 0.3929, 3175.0, 30.0, 1.2
     ours = two_terms(A, B, C, m=m, v_max=V, rho=rho)
     v = np.linspace(0, V, 20001)
-    force = road_load_force(v, A, B, C)
+    force = road_load_force(v, v, A, B, C)
     basis = np.stack([np.full_like(v, m * G), 0.5 * rho * v * v], axis=1)
     theirs, *_ = np.linalg.lstsq(basis, force, rcond=None)
     assert ours["coefficient"] == pytest.approx(theirs[0], rel=1e-3)

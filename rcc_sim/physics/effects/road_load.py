@@ -1,23 +1,25 @@
-"""Road load as certified on a track: A + B v + C v²."""
+"""Road load as certified on a track: A + B v + C v², in still air or in wind."""
 
 from rcc_sim.jit import jit
 from rcc_sim.physics.effect import Effect, Param
 
 
 @jit
-def road_load_force(v_x, a, b, c):
+def road_load_force(v_x, v_air, a, b, c):
     """Certified force A + B v + C v² [N] of a rolling vehicle at v_x [m/s].
 
-    Never less than nothing: a fit with a negative part must not push.
+    Never less than nothing in still air: a fit with a negative part must not push. At
+    another speed v_air [m/s] against the air, C v_air |v_air| stands for C v²: what
+    grows with the square is taken as the air's, as coast-downs are corrected for wind.
     """
-    force = a + b * v_x + c * v_x * v_x
-    return 0.5 * (force + abs(force))
+    still = a + b * v_x + c * v_x * v_x
+    return 0.5 * (still + abs(still)) + c * (v_air * abs(v_air) - v_x * v_x)
 
 
 EFFECT = Effect(
     id="road_load",
     title="certified road load",
-    equation="F = max(A + B v + C v^2, 0)",
+    equation="F = max(A + B v + C v^2, 0) + C (v_air |v_air| - v^2)",
     params=(
         Param(
             "a_n",
