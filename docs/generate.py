@@ -42,10 +42,8 @@ def effect_page(name: str) -> str:
     ledger = f"`energy_{row['ledger']}_j`" if row["ledger"] else "none of its own"
     lines += [f"Line of the ledger: {ledger}.", ""]
     if row["needs"]:
-        lines += [
-            f"Needs in the vehicle file: {_codes(row['needs']).replace(' or ', '` or `')}.",
-            "",
-        ]
+        needs = _codes(row["needs"]).replace(" or ", "` or `")
+        lines += [f"Needs in the vehicle file: {needs}.", ""]
     if row["excludes"]:
         lines += [f"Stands in place of: {_codes(row['excludes'])}.", ""]
     if EFFECTS[name].sensor:
