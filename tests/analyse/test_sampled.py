@@ -4,9 +4,10 @@ from math import inf
 
 import numpy as np
 import pytest
+from scipy.interpolate import PchipInterpolator
 
 from rcc_sim.analyse.sampled import SAMPLE, drive_as_sampled
-from rcc_sim.definitions.cycle import parse_cycle
+from rcc_sim.definitions.cycle import Cycle, parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.simulate.run import simulate
 from rcc_sim.trace import Trace
@@ -51,6 +52,33 @@ def test_means_are_told_by_the_log(rate, speed):
 @pytest.mark.parametrize("speed", [0.0, 0.03])
 def test_samples_are_told_by_the_log(rate, speed):
     assert window(noisy(samples(rate), speed)) == SAMPLE
+
+
+def traffic(seconds=1200.0, seed=5):
+    """A drive that bends everywhere, as a foot makes it, at 50 rows a second."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(0.0, seconds, 0.02)
+    knots = np.arange(0.0, seconds + 30.0, 6.0)
+    speed = PchipInterpolator(knots, 12.0 + 6.0 * rng.standard_normal(len(knots)))
+    return Cycle("traffic", time, np.clip(speed(time), 0.5, None))
+
+
+@pytest.mark.parametrize("rate", [1.0, 2.0])
+@pytest.mark.parametrize("speed", [0.01, 0.02, 0.05])
+@pytest.mark.parametrize("averaged", [True, False])
+def test_a_speed_that_bends_more_than_it_errs_misleads_no_more_than_an_exact_one(
+    rate, speed, averaged
+):
+    run = simulate(CAR, traffic(), imposed=True, output_rate=50.0).trace
+    many = round(50.0 / rate)
+    rows = np.arange(many, len(run), many)
+    log = {c: run[c][rows] for c in ("time_s", "speed_mps")}
+    for c in NOISE:
+        mean = np.array([run[c][k - many + 1 : k + 1].mean() for k in rows])
+        log[c] = mean if averaged else run[c][rows]
+    log = noisy(log, speed)
+    del log["accel_x_mps2"]
+    assert window(log) == (inf if averaged else SAMPLE)
 
 
 def test_a_cause_that_is_missing_does_not_mislead():
