@@ -110,11 +110,11 @@ def evened(drive: Drive) -> Drive:
     as exact. From one row to the next such a noise is twice as large in a mean since
     the row before as in an average about a row, which would seem to fit better.
     """
-    speed, *others = drive.measured
+    speed, current, yaw_rate, torque, _ = drive.measured
     noise, row = sensor_noise(speed), interval_of(drive.time)
     if not drive.imposed or drive.smear or not noise or not np.isfinite(speed).all():
         return drive
     jerk = chosen_jerk(drive.time, speed, noise=noise)
     calm, change = smooth_speed(drive.time, speed, noise=noise, jerk=jerk)
-    measured = (calm, *others[:-1], change)
+    measured = (calm, current, yaw_rate, torque, change)
     return replace(drive, measured=measured, smear=smear_of(noise, row, jerk))

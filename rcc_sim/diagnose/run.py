@@ -23,6 +23,7 @@ from rcc_sim.diagnose.by_log import each_log, noise_of
 from rcc_sim.diagnose.candidates import candidates_for, size_of
 from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.compete import Explanation, compete
+from rcc_sim.diagnose.dense import rows_to_one, thinned, with_fewer_rows
 from rcc_sim.diagnose.diagnosis import Diagnosis
 from rcc_sim.diagnose.engine import MEMORY, Engine
 from rcc_sim.diagnose.experiment import next_experiments
@@ -93,6 +94,8 @@ def diagnose(
     """
     for one in logs:
         refuse_short(one.log)
+    logs, holdouts = ([thinned(one) for one in some] for some in (logs, holdouts))
+    repeats = [with_fewer_rows(log, rows_to_one(log)) for log in repeats]
     told("where")
     with beside(partial(gap, one, vehicle, repeats=repeats) for one in logs) as where:
         offsets = tuple(c for name in withheld for c in OFFSETS.get(name, ()))

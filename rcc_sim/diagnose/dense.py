@@ -1,0 +1,77 @@
+"""A log of more rows than any effect needs, as one of fewer."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import ceil
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rcc_sim.analyse.logcheck.finding import Finding
+from rcc_sim.analyse.logged import COMPARED, Logged
+from rcc_sim.simulate.smooth import interval_of
+from rcc_sim.trace import Trace
+
+Array = NDArray[np.float64]
+
+DENSE, ASKED = 250.0, 200.0
+"""Rows per second beyond which a log is thinned, and to which at most: a time is told
+to a fifth of a row, and no effect acts within a millisecond. [1/s]"""
+
+SLACK = 1e-3
+"""What a rate may be off, as clocks are. [1]"""
+
+WIDE = 1.5
+"""Times its usual length beyond which some rows lie across a hole, and are no mean."""
+
+
+def thinned(one: Logged) -> Logged:
+    """Return a log with no more rows than are asked for, and say so in its findings."""
+    many = rows_to_one(one.log)
+    if many == 1:
+        return one
+    rate = 1 / interval_of(one.log["time_s"])
+    said = Finding(
+        "dense",
+        "time_s",
+        f"{rate:.4g} rows a second are more than any effect asks for",
+        action=f"means over {many} rows, {rate / many:.4g} a second; commands, places "
+        "and angles as in the middle one",
+    )
+    log = with_fewer_rows(one.log, many)
+    return replace(one, log=log, findings=(*one.findings, said))
+
+
+def rows_to_one(log: Trace) -> int:
+    """Return how many rows are made one, an odd number; 1 where they are not many."""
+    row = interval_of(log["time_s"])
+    if len(log) < 2 or row <= 0 or 1 / row <= (1 + SLACK) * DENSE:
+        return 1
+    return int(2 * ceil((1 / (row * ASKED) - 1) / 2 - SLACK) + 1)
+
+
+def with_fewer_rows(log: Trace, many: int) -> Trace:
+    """Return a log with a row for so many, an odd number: their means, at the middle.
+
+    What a sensor reads is a mean of what is known; commands, which leap, angles, which
+    wrap, places and sums are as in the middle row, and so is the time.
+    """
+    count = len(log) // many
+    rows = np.arange(count * many).reshape(count, many)
+    time = log["time_s"][rows]
+    usual = (many - 1) * interval_of(log["time_s"])
+    kept = time[:, -1] - time[:, 0] <= WIDE * usual
+    rows = rows[kept]
+    columns = {
+        name: _means(x[rows]) if name in COMPARED else x[rows[:, many // 2]]
+        for name, x in log.columns.items()
+    }
+    return Trace(columns, name=log.name)
+
+
+def _means(x: Array) -> Array:
+    known = np.isfinite(x)
+    total = np.where(known, x, 0.0).sum(axis=1)
+    count = known.sum(axis=1)
+    return np.where(count > 0, total / np.maximum(count, 1), np.nan)
