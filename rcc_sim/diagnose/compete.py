@@ -132,7 +132,9 @@ def compete(
             and not (best and one and goes_first(engine, current, best, one, varying))
         ):
             ranking[varying.effect] = max(ranking.get(varying.effect, 0), varying.gain)
-            if stands_out(varying, remainder(engine, current)):
+            left = remainder(engine, current)
+            if stands_out(varying, left):
+                varying = beside_a_drag(varying, left)
                 engine, current, causes = acting(engine, current, causes, varying)
                 continue
         known = [r for r, _ in found]
@@ -300,6 +302,19 @@ def stands_out(varying: Cause, left: Remainder) -> bool:
         left = replace(left, rivals=tuple(others))
     unknown = left.against(varying.effect, varying.shares)
     return varying.gain > UNLIKE[varying.effect] * unknown
+
+
+def beside_a_drag(varying: Cause, left: Remainder) -> Cause:
+    """Return a hill with the nats of the drag over time that would be in its place.
+
+    By motion and power alone the two differ in what they run along. Of nine drives over
+    hills, two measured ones among them, the hill is 13 nats likelier in the closest.
+    """
+    if varying.effect != "road_grade":
+        return varying
+    drags = (r for r in left.rivals if (r.acts_as, r.follows) == DRAG_OVER_TIME)
+    nats = max((r.evidence for r in drags), default=0.0)
+    return replace(varying, rival=max(varying.rival, nats))
 
 
 def needed_gain(causes: Sequence[Cause], where: Array) -> float:

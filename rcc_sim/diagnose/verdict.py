@@ -239,6 +239,8 @@ def probability(
     """
     margin = min(cause.gain - 0.5 * ENOUGH, cause.gain - cause.rival)
     chance = 1 / (1 + exp(-min(margin, 200.0) / SOFT))
+    if cause.profiles:  # something unknown of the same course is no likelier
+        chance = max(chance, EVEN)
     if left.is_real:
         chance *= cause.gain / (cause.gain + left.against(cause.effect, cause.shares))
     most = EVEN if ends or farthest > ANOTHER_VEHICLE else SUREST

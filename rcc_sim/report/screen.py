@@ -70,6 +70,12 @@ SURE = 0.9
 OTHERWISE = "another car, load or road, or the way back (--back)? Diagnose it alone"
 """What may be with a log whose gap grows by what mends the others."""
 
+AS_A_DRAG = (
+    "a drag that changes with time would do about as well as the slope: an "
+    "accelerometer in the log, or the way back (--back), tells them apart"
+)
+"""What may be in place of a hill."""
+
 NOTHING = 1.9
 """Width of an interval of what is gone, from -1 to 1 at most, that tells nothing."""
 
@@ -132,6 +138,8 @@ def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
                 f"{_rounded(one.before or 0.0, 1)} % before, "
                 f"{_rounded(one.after or 0.0, 1)} % after; {OTHERWISE}",
             )
+    if any(is_a_drag_as_well(a) for a in found.asserted):
+        yield "DOUBT", AS_A_DRAG
     voltage = battery_of_another(found.gap.findings)
     many = too_many(len(found.asserted))
     if voltage:
@@ -163,6 +171,12 @@ def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
         yield "NEXT", f"{run.do}, {run.time_s:.0f} s: {_promise(run)}"
     if found.is_tied and not found.experiments:
         yield "NEXT", "no run of the menu would part what is tied"
+
+
+def is_a_drag_as_well(one: Asserted) -> bool:
+    """Tell whether a drag over time may be in the place of a hill."""
+    hill = one.cause.effect == "road_grade" and bool(one.cause.profiles)
+    return hill and one.probability < SURE
 
 
 def _from(least: Mapping[str, float | None]) -> str:
@@ -311,6 +325,7 @@ def _rivals(found: Diagnosis) -> Iterator[tuple[str, str]]:
     told = [
         f"{OTHERS.get(r['effect'], r['effect'])} {probable(r['probability'])}"
         for r in rows[:RIVALS]
+        if r["probability"] > 0
     ]
     if told and found.asserted:
         yield "RIVALS", ", ".join(told)

@@ -21,7 +21,7 @@ EFFECT = Effect(
             bounds=(-1000.0, 50000.0),
             typical=(0.1, 1000.0),
             about="mass m_p, spread as the body's own",
-            sought=Sought(limits=(-0.5, 1.0), of="mass", same_as="body.mass_kg"),
+            sought=Sought(limits=(-0.25, 1.0), of="mass", same_as="body.mass_kg"),
         ),
     ),
     channels=("motor_current_a", "battery_power_w", "speed_mps"),
