@@ -2,11 +2,12 @@
 
     python -m benchmarks.clean_drives --jobs 2
 
-A car's speed is imposed by an EPA schedule, with noise of usual sensors on every
-channel. The log holds means since the row before, at 1 to 10 Hz; or samples, 30 ms off
-the schedule's clock; or samples of a drive whose corners are its rows. It is diagnosed
-with all channels, without the motor's torque, and with speed and battery alone. Nothing
-is withheld, so that every cause named is a false alarm.
+A car's speed is imposed by an EPA schedule, or by a drive that bends everywhere, with
+noise of usual sensors on every channel. The log holds means since the row before, at 1
+to 10 Hz; or samples, 30 ms off the schedule's clock; or samples of a drive whose corners
+are its rows. It is diagnosed with all channels, without the motor's torque or the
+accelerometer, and with speed and battery alone. Nothing is withheld, so that every
+cause named is a false alarm.
 """
 
 from __future__ import annotations
@@ -22,15 +23,17 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from scipy.interpolate import PchipInterpolator
 
 from rcc_sim.analyse.logged import open_log
-from rcc_sim.definitions.cycle import parse_cycle
+from rcc_sim.definitions.cycle import Cycle, parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.simulate.run import simulate
 
 CARS = ("r1t_epa", "bmw_i3", "tesla_model_3")
-CYCLES = ("udds[0:600]", "hwfet", "us06", "nycc")
+TRAFFIC = "traffic"
+CYCLES = ("udds[0:600]", "hwfet", "us06", "nycc", TRAFFIC)
 FINE = 200.0  # Hz; of the run of which samples are taken
 PHASE = 0.03  # s; of the logger's clock beside the schedule's
 LOGGERS = (
@@ -50,22 +53,35 @@ NOISE = {
 LACKS: dict[str, tuple[str, ...]] = {
     "all": (),
     "no torque": ("motor_torque_nm",),
+    "no accel": ("accel_x_mps2",),
     "battery alone": ("motor_torque_nm", "accel_x_mps2"),
 }
 """Set of channels -> those that it lacks."""
 
 
+def schedule_of(name: str) -> Cycle:
+    """Return a schedule, or 15 minutes of speeds that a foot changes all the time."""
+    if name != TRAFFIC:
+        return parse_cycle(name)
+    rng = np.random.default_rng(7)
+    time, knots = np.arange(0.0, 900.0, 1 / FINE), np.arange(0.0, 930.0, 6.0)
+    speed = PchipInterpolator(knots, 12.0 + 6.0 * rng.standard_normal(len(knots)))
+    return Cycle(name, time, np.maximum(speed(time), 0.0))
+
+
 def drive(car: str, cycle: str, how: str, rate: float) -> pd.DataFrame:
     """Return a log, with noise; how it was logged, and at which rate. [Hz]"""
-    vehicle, schedule = load_vehicle(car), parse_cycle(cycle)
-    if how == "means":
-        run = simulate(vehicle, schedule, imposed=True, output_rate=rate)
-        columns = {c: run.trace[c] for c in ("time_s", *NOISE)}
-    else:
-        run = simulate(vehicle, schedule, imposed=True, output_rate=FINE)
-        first = 0 if how == "corners" else round(PHASE * FINE)
-        rows = slice(first, None, round(FINE / rate))
-        columns = {c: run.trace[c][rows] for c in ("time_s", *NOISE)}
+    schedule, many = schedule_of(cycle), round(FINE / rate)
+    run = simulate(load_vehicle(car), schedule, imposed=True, output_rate=FINE)
+    first = round(PHASE * FINE) if how == "samples" else 0
+    columns = {c: run.trace[c][first::many] for c in ("time_s", *NOISE)}
+    if how == "means":  # as those of the fine run's rows are
+        ends = range(0, len(run.trace), many)
+        for c in NOISE.keys() - {"speed_mps"}:
+            x = run.trace[c]
+            columns[c] = np.array(
+                [x[max(k - many, 0) + (k > 0) : k + 1].mean() for k in ends]
+            )
     seed = zlib.crc32(f"{car} {cycle} {how} {rate:g}".encode())
     rng = np.random.default_rng(seed)
     for name, sd in NOISE.items():

@@ -76,6 +76,9 @@ AS_A_DRAG = (
 )
 """What may be in place of a hill."""
 
+LEAST = 0.05
+"""Nats below which two causes do not part at all."""
+
 NOTHING = 1.9
 """Width of an interval of what is gone, from -1 to 1 at most, that tells nothing."""
 
@@ -191,6 +194,8 @@ def _from(least: Mapping[str, float | None]) -> str:
 
 def _expected(nats: float) -> str:
     """Return nats by which two causes would part: by noise alone, so not beyond all."""
+    if nats < LEAST:
+        return "0"
     if nats < 1:
         return figures(nats, 1)
     return f"{nats:.0f}" if nats < CERTAIN else f"over {CERTAIN:.0f}"

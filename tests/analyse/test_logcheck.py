@@ -142,6 +142,15 @@ def test_two_wrong_channels_are_both_found():
 
 
 @pytest.mark.parametrize("drive", FEW, ids=lambda d: d[0])
+def test_a_speed_whose_name_says_another_unit_than_it_has_is_told(drive):
+    log = with_fault(logged(*drive), "speed_mps", lambda x: x / 3.6)
+    checked = check_log(log, load_vehicle(drive[0]))
+    (finding,) = found(checked, "unit", "speed_mps")
+    assert finding.factor == pytest.approx(3.6)
+    assert grave(checked) == [finding]
+
+
+@pytest.mark.parametrize("drive", FEW, ids=lambda d: d[0])
 @pytest.mark.parametrize("times", ["gear", 1000.0], ids=["at the wheels", "mN m"])
 def test_a_torque_at_the_wheels_or_in_thousandths_is_told_by_the_mass(drive, times):
     car = load_vehicle(drive[0])

@@ -26,7 +26,13 @@ DEG = degrees(1.0)
 RPM = 30 / pi
 
 UNITS: dict[str, tuple[tuple[float, str], ...]] = {
-    "speed_mps": ((3.6, "km/h"), (2.2369, "mph"), (1000.0, "mm/s"), (100.0, "cm/s")),
+    "speed_mps": (
+        (3.6, "km/h"),
+        (2.2369, "mph"),
+        (1000.0, "mm/s"),
+        (100.0, "cm/s"),
+        (1 / 3.6, "m/s under a name that says km/h"),
+    ),
     "speed_ref_mps": ((3.6, "km/h"), (2.2369, "mph"), (1000.0, "mm/s")),
     "steer_cmd_rad": ((DEG, "degrees"),),
     "yaw_rate_radps": ((DEG, "deg/s"),),
