@@ -11,18 +11,16 @@ import numpy as np
 
 from rcc_sim.analyse.gap_energy import COVERAGE, EnergyGap, logged_power
 from rcc_sim.analyse.gap_regimes import moving_mean
-from rcc_sim.analyse.gap_replays import sd_of
 from rcc_sim.diagnose.cause import TIED
 from rcc_sim.diagnose.diagnosis import Diagnosis
 from rcc_sim.diagnose.experiment import Experiment
-from rcc_sim.diagnose.pulls import moved, moved_together
 from rcc_sim.diagnose.verdict import (
     Asserted,
     Estimate,
-    battery_of_another,
     grew,
 )
 from rcc_sim.report.channels import way_of
+from rcc_sim.report.doubts import SURE, doubts
 from rcc_sim.report.html_parts import OTHERS
 from rcc_sim.report.text import (
     figures,
@@ -30,10 +28,11 @@ from rcc_sim.report.text import (
     percent,
     printable,
     probable,
+    rounded,
     short,
     sparkline,
 )
-from rcc_sim.report.verdict import OTHER, doubt_of, judged, too_many
+from rcc_sim.report.verdict import judged
 
 WORDS = {
     "no_gap": "no gap beyond what tolerances and noise explain",
@@ -63,18 +62,6 @@ SHOWN = 4
 
 UNSEEN = 6
 """Effects that would not show, of which so many are told."""
-
-SURE = 0.9
-"""Probability of a cause below which the verdict says that it is not for sure."""
-
-OTHERWISE = "another car, load or road, or the way back (--back)? Diagnose it alone"
-"""What may be with a log whose gap grows by what mends the others."""
-
-AS_A_DRAG = (
-    "a drag that changes with time would do about as well as the slope: an "
-    "accelerometer in the log, or the way back (--back), tells them apart"
-)
-"""What may be in place of a hill."""
 
 LEAST = 0.05
 """Nats below which two causes do not part at all."""
@@ -132,26 +119,7 @@ def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
     if found.asserted:
         yield from _proof(found)
         yield from ((word, of_one + text) for word, text in _ledger(found))
-    yield from _moved(found)
-    for one in found.by_log:
-        if one.disagrees:
-            yield (
-                "DOUBT",
-                f"{short(one.log)} does not go with the others: energy gap "
-                f"{_rounded(one.before or 0.0, 1)} % before, "
-                f"{_rounded(one.after or 0.0, 1)} % after; {OTHERWISE}",
-            )
-    if any(is_a_drag_as_well(a) for a in found.asserted):
-        yield "DOUBT", AS_A_DRAG
-    voltage = battery_of_another(found.gap.findings)
-    many = too_many(len(found.asserted))
-    if voltage:
-        yield "DOUBT", f"{voltage}: {OTHER}"
-    if many:
-        yield "DOUBT", many
-    yield from _misread(found)
-    if not found.asserted:
-        yield from _doubt(found)
+    yield from doubts(found)
     if found.left.is_real:
         left = found.left
         yield (
@@ -174,12 +142,6 @@ def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
         yield "NEXT", f"{run.do}, {run.time_s:.0f} s: {_promise(run)}"
     if found.is_tied and not found.experiments:
         yield "NEXT", "no run of the menu would part what is tied"
-
-
-def is_a_drag_as_well(one: Asserted) -> bool:
-    """Tell whether a drag over time may be in the place of a hill."""
-    hill = one.cause.effect == "road_grade" and bool(one.cause.profiles)
-    return hill and one.probability < SURE
 
 
 def _from(least: Mapping[str, float | None]) -> str:
@@ -227,7 +189,7 @@ def _gap(found: Diagnosis) -> Iterator[tuple[str, str]]:
         if e.gap_wh is not None and e.gap_percent is not None:
             place = "battery" if e.at == "battery" else "shaft"
             text += (
-                f": {place} energy {_rounded(e.gap_percent, 1)} % ({_wh(e.gap_wh)} of "
+                f": {place} energy {rounded(e.gap_percent, 1)} % ({_wh(e.gap_wh)} of "
                 f"{e.measured_wh:.4g}), {_within(e)}"
             )
         yield "GAP", text
@@ -342,8 +304,8 @@ def _proof(found: Diagnosis) -> Iterator[tuple[str, str]]:
     if before is not None and after is not None:
         how = ", by the torque measured," if found.by_torque else ""
         energy = (
-            f"; energy gap there{how} {_rounded(before, 1)} % before, "
-            f"{_rounded(after, 2)} % after" + ": it grew" * grew(before, after)
+            f"; energy gap there{how} {rounded(before, 1)} % before, "
+            f"{rounded(after, 2)} % after" + ": it grew" * grew(before, after)
         )
     gone = (
         f"{percent(s.explained)} of what is beyond noise is gone ({percent(s.low)} to "
@@ -376,43 +338,6 @@ def _ledger(found: Diagnosis) -> Iterator[tuple[str, str]]:
         f"unexplained {_wh(prices.unexplained_wh)}",
     ]
     yield "ENERGY", how + ", ".join(steps)
-
-
-def _doubt(found: Diagnosis) -> Iterator[tuple[str, str]]:
-    """Stated figures to measure where their sds alone allow the energy gap."""
-    energy = found.gap.energy
-    if not energy.within or abs(energy.gap_wh or 0.0) < COVERAGE * energy.noise_wh:
-        return
-    most = list(energy.by_figure.items())[:SHOWN]
-    told = ", ".join(f"{key} {abs(wh):.3g} Wh" for key, wh in most)
-    yield "DOUBT", f"the file's sds allow {energy.expanded:.3g} Wh; an sd of {told}"
-
-
-def _moved(found: Diagnosis) -> Iterator[tuple[str, str]]:
-    """Stated figures that the logs moved farthest: from, to, in their sds."""
-    stated = found.vehicle.figures()
-    pulls = moved(found.fit, stated)
-    if pulls:
-        told = (
-            f"{key} {figures(stated[key].value, 4)} to "
-            f"{figures(stated[key].value + x * sd_of(stated[key]), 4)} "
-            f"({_rounded(x, 1)} sd)"
-            for key, x in list(pulls.items())[:SHOWN]
-        )
-        doubt = doubt_of(pulls, moved_together(found.fit, stated))
-        yield "MOVED", "; ".join(filter(None, (", ".join(told), doubt)))
-
-
-def _misread(found: Diagnosis) -> Iterator[tuple[str, str]]:
-    """Sensors that the rest of the log contradicts."""
-    for f in found.gap.findings:
-        if f.kind == "misread":
-            yield "DOUBT", f"{f.channel} {f.what}; {f.action}"
-
-
-def _rounded(x: float, places: int) -> str:
-    """Return a figure with its sign, but no minus before nil."""
-    return f"{round(x, places) + 0.0:+.{places}f}".replace("-", "−")
 
 
 def _wh(energy: float | None) -> str:

@@ -119,6 +119,15 @@ def percent(share: object, digits: int = 2) -> str:
     return f"{text} %".replace("-", "−")
 
 
+def rounded(x: float, places: int) -> str:
+    """Return a figure with its sign, but no minus before nil.
+
+    >>> rounded(-1.25, 1), rounded(-1e-9, 1)
+    ('−1.2', '+0.0')
+    """
+    return f"{round(x, places) + 0.0:+.{places}f}".replace("-", "−")
+
+
 BARS = "▁▂▃▄▅▆▇█"
 """Heights of a sparkline, least first."""
 

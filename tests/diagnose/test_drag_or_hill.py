@@ -9,7 +9,7 @@ from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.compete import beside_a_drag
 from rcc_sim.diagnose.remainder import Remainder
 from rcc_sim.diagnose.verdict import probability
-from rcc_sim.report.screen import is_a_drag_as_well
+from rcc_sim.report.doubts import is_a_drag_as_well
 
 SLOPE = {0: SimpleNamespace(weighed=False)}
 NOTHING = Remainder(0.0, "", "", [])

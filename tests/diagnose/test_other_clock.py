@@ -13,7 +13,7 @@ from rcc_sim.diagnose.knobs import nuisance_knobs
 from rcc_sim.diagnose.misread import misread
 from rcc_sim.diagnose.posed import problem_of
 from rcc_sim.diagnose.shapes import NEIGHBOURS, late_of
-from rcc_sim.report.screen import _misread
+from rcc_sim.report.doubts import misread_sensors
 from rcc_sim.simulate.drive import integral_of
 from rcc_sim.simulate.run import simulate
 from rcc_sim.trace import Trace
@@ -101,7 +101,7 @@ def test_heights_that_come_late_are_told_and_move_no_figure_of_the_car():
     scale = fit.values["bias.0.elevation_m.scale"]
     assert scale > 0.6 and finding.factor == pytest.approx(1 - scale, abs=1e-3)
     shown = SimpleNamespace(gap=SimpleNamespace(findings=(finding,)))
-    ((word, text),) = _misread(shown)
+    ((word, text),) = misread_sensors(shown)
     assert word == "DOUBT" and "--hide elevation_m" in text
     assert without.score < fit.score - 100
 

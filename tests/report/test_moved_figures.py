@@ -12,7 +12,7 @@ from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import Knob
 from rcc_sim.diagnose.run import diagnose
-from rcc_sim.report.screen import _moved
+from rcc_sim.report.doubts import moved_figures
 from rcc_sim.report.verdict import verdict_of
 from rcc_sim.simulate.run import LaneChanges, simulate
 from rcc_sim.trace import Trace
@@ -34,7 +34,7 @@ def test_the_farthest_come_first_and_those_within_an_sd_are_silent():
     values = {k.key: k.value for k in knobs} | moved | {"effects.payload.mass_kg": 1.0}
     fit = fitted(knobs, values)
     vehicle = SimpleNamespace(figures=lambda: FIGURES)
-    told = list(_moved(SimpleNamespace(fit=fit, vehicle=vehicle)))
+    told = list(moved_figures(SimpleNamespace(fit=fit, vehicle=vehicle)))
     says = "tyres.radius_m 0.05 to 0.049 (−2.0 sd), body.mass_kg 3 to 3.045 (+1.5 sd)"
     assert told == [("MOVED", says)]
 
@@ -43,7 +43,7 @@ def test_where_none_moved_nothing_is_said():
     knobs = [Knob(k, v, 0.01 * v) for k, v in STATED.items()]
     fit = fitted(knobs, STATED)
     vehicle = SimpleNamespace(figures=lambda: FIGURES)
-    assert list(_moved(SimpleNamespace(fit=fit, vehicle=vehicle))) == []
+    assert list(moved_figures(SimpleNamespace(fit=fit, vehicle=vehicle))) == []
 
 
 def test_a_gap_that_what_was_asked_for_does_not_explain_says_so():

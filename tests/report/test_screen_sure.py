@@ -4,7 +4,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from rcc_sim.report.screen import SURE, _proof, _verdict
+from rcc_sim.report.doubts import SURE
+from rcc_sim.report.screen import _proof, _verdict
 
 
 def found(probabilities=(), shrink=(0.9, 0.8, 1.0)):

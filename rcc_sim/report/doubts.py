@@ -1,0 +1,90 @@
+"""What a reader of a diagnosis should doubt: figures, sensors, logs, the vehicle."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from rcc_sim.analyse.gap_energy import COVERAGE
+from rcc_sim.analyse.gap_replays import sd_of
+from rcc_sim.diagnose.diagnosis import Diagnosis
+from rcc_sim.diagnose.pulls import moved, moved_together
+from rcc_sim.diagnose.verdict import Asserted, battery_of_another
+from rcc_sim.report.text import figures, rounded, short
+from rcc_sim.report.verdict import OTHER, doubt_of, too_many
+
+SHOWN = 4
+"""Figures that are told at most."""
+
+SURE = 0.9
+"""Probability of a cause below which the verdict says that it is not for sure."""
+
+OTHERWISE = "another car, load or road, or the way back (--back)? Diagnose it alone"
+"""What may be with a log whose gap grows by what mends the others."""
+
+AS_A_DRAG = (
+    "a drag that changes with time would do about as well as the slope: an "
+    "accelerometer in the log, or the way back (--back), tells them apart"
+)
+"""What may be in place of a hill."""
+
+
+def doubts(found: Diagnosis) -> Iterator[tuple[str, str]]:
+    """Yield the word at the left and what it says of what may be otherwise."""
+    yield from moved_figures(found)
+    for one in found.by_log:
+        if one.disagrees:
+            yield (
+                "DOUBT",
+                f"{short(one.log)} does not go with the others: energy gap "
+                f"{rounded(one.before or 0.0, 1)} % before, "
+                f"{rounded(one.after or 0.0, 1)} % after; {OTHERWISE}",
+            )
+    if any(is_a_drag_as_well(a) for a in found.asserted):
+        yield "DOUBT", AS_A_DRAG
+    voltage = battery_of_another(found.gap.findings)
+    many = too_many(len(found.asserted))
+    if voltage:
+        yield "DOUBT", f"{voltage}: {OTHER}"
+    if many:
+        yield "DOUBT", many
+    yield from misread_sensors(found)
+    if not found.asserted:
+        yield from sds_to_measure(found)
+
+
+def is_a_drag_as_well(one: Asserted) -> bool:
+    """Tell whether a drag over time may be in the place of a hill."""
+    hill = one.cause.effect == "road_grade" and bool(one.cause.profiles)
+    return hill and one.probability < SURE
+
+
+def moved_figures(found: Diagnosis) -> Iterator[tuple[str, str]]:
+    """Stated figures that the logs moved farthest: from, to, in their sds."""
+    stated = found.vehicle.figures()
+    pulls = moved(found.fit, stated)
+    if pulls:
+        told = (
+            f"{key} {figures(stated[key].value, 4)} to "
+            f"{figures(stated[key].value + x * sd_of(stated[key]), 4)} "
+            f"({rounded(x, 1)} sd)"
+            for key, x in list(pulls.items())[:SHOWN]
+        )
+        doubt = doubt_of(pulls, moved_together(found.fit, stated))
+        yield "MOVED", "; ".join(filter(None, (", ".join(told), doubt)))
+
+
+def sds_to_measure(found: Diagnosis) -> Iterator[tuple[str, str]]:
+    """Stated figures to measure where their sds alone allow the energy gap."""
+    energy = found.gap.energy
+    if not energy.within or abs(energy.gap_wh or 0.0) < COVERAGE * energy.noise_wh:
+        return
+    most = list(energy.by_figure.items())[:SHOWN]
+    told = ", ".join(f"{key} {abs(wh):.3g} Wh" for key, wh in most)
+    yield "DOUBT", f"the file's sds allow {energy.expanded:.3g} Wh; an sd of {told}"
+
+
+def misread_sensors(found: Diagnosis) -> Iterator[tuple[str, str]]:
+    """Sensors that the rest of the log contradicts."""
+    for f in found.gap.findings:
+        if f.kind == "misread":
+            yield "DOUBT", f"{f.channel} {f.what}; {f.action}"
