@@ -15,7 +15,7 @@ from rcc_sim.simulate.replay import replay
 from rcc_sim.simulate.smooth import (
     chosen_jerk,
     interval_of,
-    sensor_noise,
+    noise_of,
     smear_of,
     smooth_speed,
 )
@@ -111,8 +111,10 @@ def evened(drive: Drive) -> Drive:
     the row before as in an average about a row, which would seem to fit better.
     """
     speed, current, yaw_rate, torque, _ = drive.measured
-    noise, row = sensor_noise(speed), interval_of(drive.time)
-    if not drive.imposed or drive.smear or not noise or not np.isfinite(speed).all():
+    if not drive.imposed or drive.smear or not np.isfinite(speed).all():
+        return drive
+    noise, row = noise_of(speed), interval_of(drive.time)
+    if noise == 0.0:
         return drive
     jerk = chosen_jerk(drive.time, speed, noise=noise)
     calm, change = smooth_speed(drive.time, speed, noise=noise, jerk=jerk)

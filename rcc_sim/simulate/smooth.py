@@ -63,6 +63,9 @@ PASSING = 0.25
 PIECES = 10
 """Times that a reading counts at most that stands for long."""
 
+LITTLE = 1e-6
+"""Share of its largest value that a speed errs at least, where it is smoothed."""
+
 ROUNDING = 1e-9
 """Share of a channel's size below which a difference is none."""
 
@@ -80,6 +83,11 @@ def sensor_noise(x: Array) -> float:
     steps = np.abs(d2)
     steps = steps[steps > ROUNDING * float(np.nanmax(np.abs(x)))]
     return max(noise, float(steps.min()) / 3 if len(steps) else 0.0)
+
+
+def noise_of(speed: Array) -> float:
+    """Noise [m/s] of a speed that is to be smoothed; not so little that nothing is."""
+    return max(sensor_noise(speed), LITTLE * float(np.nanmax(np.abs(speed))))
 
 
 def is_rough(x: Array) -> bool:
@@ -161,7 +169,7 @@ def smoothed(
         return Smoothed(whole, np.zeros(len(time)))
     else:
         told = speed
-        noise = max(sensor_noise(speed), 1e-6 * float(np.abs(speed[known]).max()))
+        noise = noise_of(speed)
     felt = None
     if accel is not None:
         felt = felt_as(time, told, accel, noise=noise, means=means)
