@@ -37,6 +37,9 @@ SURE, EXACT, SHIFTED = 3.0, 0.05, 0.1
 since the row before may seem to be off the middle of that time. Flows that are farther
 off it are samples of another clock than the speed's, as on a car's bus."""
 
+NEARER = 0.25
+"""Rows from the middle of a mean beyond which a sample's own time is nearer."""
+
 
 def drive_as_sampled(
     log: Trace, vehicle: Vehicle, window: float | None = None
@@ -100,7 +103,8 @@ def holds_means(log: Trace, vehicle: Vehicle) -> bool:
     if over_sample <= ENOUGH or over_late <= -ENOUGH:
         return False
     off, sd = middle_of(shown, drive.smear / row)
-    return abs(off) <= SURE * sd + EXACT + SHIFTED * drive.smear / row
+    most = SURE * sd + EXACT + SHIFTED * drive.smear / row
+    return -most <= off <= min(most, NEARER)
 
 
 def evened(drive: Drive) -> Drive:

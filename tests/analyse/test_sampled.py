@@ -63,7 +63,7 @@ def traffic(seconds=1200.0, seed=5):
     return Cycle("traffic", time, np.clip(speed(time), 0.5, None))
 
 
-@pytest.mark.parametrize("rate", [1.0, 2.0])
+@pytest.mark.parametrize("rate", [1.0, 2.0, 5.0, 10.0])
 @pytest.mark.parametrize("speed", [0.01, 0.02, 0.05])
 @pytest.mark.parametrize("averaged", [True, False])
 def test_a_speed_that_bends_more_than_it_errs_misleads_no_more_than_an_exact_one(
