@@ -12,13 +12,7 @@ from rcc_sim.analyse.gap_stages import untorqued
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.simulate.drive import ROUNDING, Drive, drive_of, has, is_imposed
 from rcc_sim.simulate.replay import replay
-from rcc_sim.simulate.smooth import (
-    chosen_jerk,
-    interval_of,
-    noise_of,
-    smear_of,
-    smooth_speed,
-)
+from rcc_sim.simulate.smooth import interval_of, noise_of, without_noise
 from rcc_sim.simulate.spans import (
     CLOSE,
     ENOUGH,
@@ -117,10 +111,9 @@ def evened(drive: Drive) -> Drive:
     speed, current, yaw_rate, torque, _ = drive.measured
     if not drive.imposed or drive.smear or not np.isfinite(speed).all():
         return drive
-    noise, row = noise_of(speed), interval_of(drive.time)
+    noise = noise_of(speed)
     if noise == 0.0:
         return drive
-    jerk = chosen_jerk(drive.time, speed, noise=noise)
-    calm, change = smooth_speed(drive.time, speed, noise=noise, jerk=jerk)
+    calm, change, smear = without_noise(drive.time, speed, noise)
     measured = (calm, current, yaw_rate, torque, change)
-    return replace(drive, measured=measured, smear=smear_of(noise, row, jerk))
+    return replace(drive, measured=measured, smear=smear)

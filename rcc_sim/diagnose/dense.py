@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.analyse.logcheck.finding import Finding
+from rcc_sim.analyse.logcheck.relation import mean_of_known
 from rcc_sim.analyse.logged import COMPARED, Logged
 from rcc_sim.simulate.smooth import interval_of
 from rcc_sim.trace import Trace
@@ -64,14 +65,7 @@ def with_fewer_rows(log: Trace, many: int) -> Trace:
     kept = time[:, -1] - time[:, 0] <= WIDE * usual
     rows = rows[kept]
     columns = {
-        name: _means(x[rows]) if name in COMPARED else x[rows[:, many // 2]]
+        name: mean_of_known(x[rows]) if name in COMPARED else x[rows[:, many // 2]]
         for name, x in log.columns.items()
     }
     return Trace(columns, name=log.name)
-
-
-def _means(x: Array) -> Array:
-    known = np.isfinite(x)
-    total = np.where(known, x, 0.0).sum(axis=1)
-    count = known.sum(axis=1)
-    return np.where(count > 0, total / np.maximum(count, 1), np.nan)

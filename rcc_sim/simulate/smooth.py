@@ -173,9 +173,24 @@ def smoothed(
     felt = None
     if accel is not None:
         felt = felt_as(time, told, accel, noise=noise, means=means)
+    return without_noise(time, told, noise, felt=felt, jerk=jerk)
+
+
+def without_noise(
+    time: Array,
+    speed: Array,
+    noise: float,
+    *,
+    felt: Felt | None = None,
+    jerk: float | None = None,
+) -> Smoothed:
+    """Return what a speed [m/s] is behind a known noise [m/s], however rough it looks.
+
+    By a given size of the jerk, or the one that foresees it best.
+    """
     if jerk is None:
-        jerk = chosen_jerk(time, told, noise=noise, felt=felt)
-    calm, change = smooth_speed(time, told, noise=noise, jerk=jerk, felt=felt)
+        jerk = chosen_jerk(time, speed, noise=noise, felt=felt)
+    calm, change = smooth_speed(time, speed, noise=noise, jerk=jerk, felt=felt)
     return Smoothed(calm, change, smear_of(noise, interval_of(time), jerk))
 
 
@@ -189,13 +204,11 @@ def felt_as(
     row = interval_of(time)
     if row < LONG:
         return Felt(accel)
-    jerk = chosen_jerk(time, speed, noise=noise)
-    calm, change = smooth_speed(time, speed, noise=noise, jerk=jerk)
+    calm, change, smear = without_noise(time, speed, noise)
     span = np.diff(time, prepend=time[0] - row)
     mean = np.diff(calm, prepend=calm[0]) / span
     bend = 0.25 * np.diff(change, prepend=change[0])  # a runs straight from row to row
-    smeared = smear_of(noise, row, jerk) / row
-    over_sample, over_late = nats_for_means(accel, mean, mean + bend, smeared)
+    over_sample, over_late = nats_for_means(accel, mean, mean + bend, smear / row)
     needed = -ENOUGH if means else ENOUGH
     return Felt(accel, over_sample > needed and over_late > -ENOUGH)
 

@@ -79,7 +79,7 @@ def means(time: Array, columns: Columns) -> Means:
         some = values[pick]
         if name == "yaw_rad":
             some = np.unwrap(some) if np.isfinite(some).all() else some
-        mean = _mean(some.reshape(blocks, width))
+        mean = mean_of_known(some.reshape(blocks, width))
         rate = np.gradient(mean, clock) if blocks > 2 else np.zeros(blocks)
         mean[broken] = np.nan
         rate[broken] = np.nan
@@ -87,7 +87,7 @@ def means(time: Array, columns: Columns) -> Means:
     return Means(usual, out, rates)
 
 
-def _mean(rows: Array) -> Array:
+def mean_of_known(rows: Array) -> Array:
     """Return the mean of each row's values, as far as there are any."""
     there = np.isfinite(rows)
     if there.all():
