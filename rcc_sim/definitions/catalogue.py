@@ -129,7 +129,7 @@ def effect_row(name: str) -> dict[str, Any]:
         "channels": list(effect.channels),
         "seen_as": effect.seen_as,
         "ledger": effect.sink,
-        "needs": list(effect.needs),
+        "needs": [*effect.needs, *filter(None, [" or ".join(effect.needs_any)])],
         "excludes": list(effect.excludes),
         "source": effect.source,
         "origin": origin,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from math import inf, sqrt
 from typing import TYPE_CHECKING
 
@@ -43,13 +42,10 @@ def kernel_params(vehicle: Vehicle, *, commanded: bool) -> dict[str, dict[str, f
         If a figure that this kind of run needs is missing; names the key and why.
     """
     for name in vehicle.effects:
-        for key in vehicle.known[name].needs:
-            if key == "motor.poles":
-                _poles(vehicle, name)
-            elif key == "battery.open_circuit_voltage_v":
-                open_circuit_voltage(vehicle, needed_by=name)
-            else:
-                _one_of(vehicle, key.split(" or "), f"effects.{name} needs it")
+        effect, why = vehicle.known[name], f"effects.{name} needs it"
+        _require(vehicle, effect.needs, why)
+        if not any(map(vehicle.states, effect.needs_any)):
+            _require(vehicle, effect.needs_any[:1], why)
     _check_loading(vehicle)
     body, tyres = vehicle.body, vehicle.tyres
     return {
@@ -130,18 +126,10 @@ def _phase_linkage(vehicle: Vehicle) -> float:
     return motor.poles / 2 * motor.flux_linkage_wb.value if known else 0.0
 
 
-def open_circuit_voltage(vehicle: Vehicle, needed_by: str = "") -> float | None:
-    """Return the battery's open-circuit (else nominal) voltage [V], or None.
-
-    Raises
-    ------
-    InputError
-        If ``needed_by`` names an effect and the file states neither.
-    """
+def open_circuit_voltage(vehicle: Vehicle) -> float | None:
+    """Return the battery's open-circuit (else nominal) voltage [V], or None."""
     battery = vehicle.battery
     found = battery.open_circuit_voltage_v or battery.nominal_voltage_v
-    if found is None and needed_by:
-        vehicle.figure("battery.open_circuit_voltage_v", f"{needed_by} needs it")
     return found.value if found else None
 
 
@@ -274,14 +262,14 @@ def _control(vehicle: Vehicle, commanded: bool) -> dict[str, float]:
             )
         return {"mode": TORQUE, "i_max": inf, "T_loop": 1.0, "delta_max": inf}
     if commanded and control.mode == "speed":
-        for key in (
+        needs = (
             "motor.flux_linkage_wb",
             "controller.proportional_gain_as_per_rad",
             "controller.integral_gain_a_per_rad",
             "controller.max_current_a",
-        ):
-            vehicle.figure(key, "the speed loop needs it")
-        _poles(vehicle, "the speed loop")
+            "motor.poles",
+        )
+        _require(vehicle, needs, "the speed loop needs it")
     rate = _value(control.loop_rate_hz, LOOP_RATE[control.mode])
     return {
         "mode": MODES[control.mode],
@@ -320,17 +308,10 @@ def _largest_torque(vehicle: Vehicle) -> float:
     return _value(vehicle.motor.max_torque_nm, inf)
 
 
-def _poles(vehicle: Vehicle, needed_by: str) -> None:
-    if vehicle.motor.poles is None:
-        raise InputError(
-            f"{vehicle.where}: motor.poles: missing ({needed_by} needs it)"
-        )
-
-
-def _one_of(vehicle: Vehicle, keys: Sequence[str], why: str) -> None:
-    """Raise for the first of some figures if the file states none of them."""
-    if not any(key in vehicle.figures() for key in keys):
-        vehicle.figure(keys[0], why)
+def _require(vehicle: Vehicle, keys: tuple[str, ...], why: str) -> None:
+    for key in keys:
+        if not vehicle.states(key):
+            vehicle.figure(key, why)  # raises
 
 
 def _value(figure: Figure | None, default: float) -> float:

@@ -129,6 +129,12 @@ class Vehicle:
             )
         return found
 
+    def states(self, key: str) -> bool:
+        """Tell whether the file states a figure of a dotted key, or the poles."""
+        return key in self._figures or (
+            key == "motor.poles" and self.motor.poles is not None
+        )
+
     def bias_sd(self, column: str) -> float | None:
         """Return the offset that the file allows a sensor, where it states one."""
         sensor = self.sensors.get(column)

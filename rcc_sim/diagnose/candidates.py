@@ -246,17 +246,13 @@ def shows_in(problem: Problem, drives: Collection[str]) -> bool:
 def has_needs(vehicle: Vehicle, effect: Effect) -> bool:
     """Tell whether a vehicle states what an effect is computed from."""
     figures = vehicle.figures()
-    open_circuit = "battery.open_circuit_voltage_v"
-    for need in effect.needs:
-        if need == "motor.poles":
-            if vehicle.motor.poles is None:
-                return False
-        elif need == open_circuit:
-            if not {need, "battery.nominal_voltage_v"} & set(figures):
-                return False
-        elif not any(k in figures and figures[k].value > 0 for k in need.split(" or ")):
-            return False
-    return True
+
+    def has(key: str) -> bool:
+        return vehicle.states(key) and (key not in figures or figures[key].value > 0)
+
+    return all(map(has, effect.needs)) and (
+        not effect.needs_any or any(map(has, effect.needs_any))
+    )
 
 
 def is_fitted(problem: Problem, effect: Effect, param: Param) -> bool:

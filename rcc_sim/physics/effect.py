@@ -151,8 +151,9 @@ class Effect:
     sink : str
         Ledger line that it owns; empty where it moves energy but keeps none.
     needs : tuple of str
-        Keys of the vehicle file without which it cannot be computed; one of several
-        where they are parted by `` or ``.
+        Keys of the vehicle file without which it cannot be computed.
+    needs_any : tuple of str
+        Keys of which it needs one at least.
     excludes : tuple of str
         Effects that it stands in place of: a file that states both is an error.
     files : tuple of str
@@ -179,6 +180,7 @@ class Effect:
     source: str
     sink: str = ""
     needs: tuple[str, ...] = ()
+    needs_any: tuple[str, ...] = ()
     excludes: tuple[str, ...] = ()
     files: tuple[str, ...] = ()
     sensor: bool = False

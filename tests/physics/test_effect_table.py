@@ -36,7 +36,7 @@ def test_an_effect_names_real_columns_units_and_keys(effect):
         assert param.about
         with_unit = unit_of(param.name) in SUFFIXES.values()
         assert with_unit or param.name in DIMENSIONLESS
-    for key in (k for need in effect.needs for k in need.split(" or ")):
+    for key in effect.needs + effect.needs_any:
         table, name, *param = key.split(".")
         fields = EFFECTS[name].neutral if param else TABLES[table].model_fields
         assert (param or [name])[0] in fields

@@ -36,7 +36,7 @@ EFFECT = Effect(
     ),
     channels=("battery_voltage_v",),
     sink="battery_resistance",
-    needs=("battery.open_circuit_voltage_v",),
+    needs_any=("battery.open_circuit_voltage_v", "battery.nominal_voltage_v"),
     seen_as="terminal voltage that falls in proportion to current",
     source="G. Plett, Battery Management Systems I, Artech House, 2015, ch. 2",
 )

@@ -25,7 +25,10 @@ EFFECT = Effect(
         ),
     ),
     channels=("motor_current_a", "battery_power_w"),
-    needs=("effects.aerodynamic_drag.drag_area_m2 or effects.road_load.c_n_s2_per_m2",),
+    needs_any=(
+        "effects.aerodynamic_drag.drag_area_m2",
+        "effects.road_load.c_n_s2_per_m2",
+    ),
     seen_as="drag that differs between the two directions of a road",
     source="definition; acts through aerodynamic_drag, or a road load's C as in "
     "SAE J2263's correction for wind",
