@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.simulate.drive import integral_of
-from rcc_sim.simulate.smooth import sensor_noise
+from rcc_sim.simulate.roughness import sensor_noise
 from rcc_sim.trace import Trace
 
 Array = NDArray[np.float64]

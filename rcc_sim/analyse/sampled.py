@@ -12,7 +12,8 @@ from rcc_sim.analyse.gap_stages import untorqued
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.simulate.drive import ROUNDING, Drive, drive_of, has, is_imposed
 from rcc_sim.simulate.replay import replay
-from rcc_sim.simulate.smooth import interval_of, noise_of, without_noise
+from rcc_sim.simulate.roughness import noise_of
+from rcc_sim.simulate.smooth import interval_of, without_noise
 from rcc_sim.simulate.spans import (
     CLOSE,
     ENOUGH,

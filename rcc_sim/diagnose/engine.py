@@ -27,7 +27,7 @@ from rcc_sim.diagnose.noise import (
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.errors import InputError
 from rcc_sim.jit import threads
-from rcc_sim.simulate.smooth import is_rough
+from rcc_sim.simulate.roughness import is_rough
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -17,7 +17,8 @@ from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.problem import RECALLS, Problem
 from rcc_sim.simulate.drive import Drive
 from rcc_sim.simulate.replay import replay
-from rcc_sim.simulate.smooth import is_rough, jerk_of, sensor_noise, smooth_speed
+from rcc_sim.simulate.roughness import is_rough, sensor_noise
+from rcc_sim.simulate.smooth import jerk_of, smooth_speed
 from rcc_sim.trace import Trace
 
 Array = NDArray[np.float64]

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rcc_sim.simulate.roughness import is_rough, noise_of, rounded_to, sensor_noise
 from rcc_sim.simulate.spans import ENOUGH, LONG, nats_for_means
 
 Array = NDArray[np.float64]
@@ -37,79 +38,11 @@ CLOSEST = 0.01
 """Rows that follow each other within this share of the usual interval are taken as so
 far apart: none may bend a speed without bounds."""
 
-SPREADS = 2.0
-"""Times by which bends over two rows exceed those over one, below which a channel is
-noisy: 1 for white noise, sqrt(2) where a rate is white, sqrt(8) where what changes the
-rate is, and 4 for a smooth curve. A drive's rate goes on from row to row: EPA schedules
-of a row a second have 2.3 to 3.4, a BMW's wheel speeds at 10 Hz have 1.4 to 1.8."""
-
-BENDS, BENT = 0.64, 0.8
-"""Share of rows at which the bend turns, and share that bend at all, above which a
-channel is noisy however sharp its corners. The bends of white noise turn at 0.73, and
-at half the rows if a drive makes them: at 0.46 to 0.57 in EPA schedules of a row a
-second.
-"""
-
-FEW = 20
-"""Changes from which on their share is a measure."""
-
-STANDS, ONE_STEP, WHOLE = 0.3, 1.5, 0.1
-"""Share of rows under way that repeat the one before, median of the others' changes in
-steps, and what they are off a whole step, by which a speed is known to be rounded."""
-
 PASSING = 0.25
 """Share of a step to which a rounded speed is known where it passes half-way."""
 
 PIECES = 10
 """Times that a reading counts at most that stands for long."""
-
-LITTLE = 1e-6
-"""Share of its largest value that a speed errs at least, where it is smoothed."""
-
-ROUNDING = 1e-9
-"""Share of a channel's size below which a difference is none."""
-
-
-def sensor_noise(x: Array) -> float:
-    """Noise [unit of x] of a sampled signal, from its second differences.
-
-    For white noise of variance s² these have 6 s²; their median keeps the drive's own
-    accelerations out. At least a third of the resolution of a quantised signal.
-    """
-    d2 = np.diff(x[np.isfinite(x)], 2)
-    if len(d2) < 3:
-        return 0.0
-    noise = 1.4826 * float(np.median(np.abs(d2))) / 6**0.5
-    steps = np.abs(d2)
-    steps = steps[steps > ROUNDING * float(np.nanmax(np.abs(x)))]
-    return max(noise, float(steps.min()) / 3 if len(steps) else 0.0)
-
-
-def noise_of(speed: Array) -> float:
-    """Noise [m/s] of a speed that is to be smoothed; not so little that nothing is."""
-    return max(sensor_noise(speed), LITTLE * float(np.nanmax(np.abs(speed))))
-
-
-def is_rough(x: Array) -> bool:
-    """Tell whether neighbouring rows scatter, as a sensor's do and a model's do not.
-
-    By how little wider bends exceed narrow ones; by how often the bends turn.
-    """
-    v = x[np.isfinite(x)][:PIECE]
-    near, wide = np.diff(v, 2), v[4:] - 2 * v[2:-2] + v[:-4]
-    least = ROUNDING * np.abs(v).max(initial=0.0)
-    bends = near[np.abs(near) > least]
-    if len(bends) <= FEW:
-        return False
-    if np.abs(wide).sum() < SPREADS * np.abs(near).sum():
-        return True
-    return len(bends) > BENT * len(v) and turning(bends) > BENDS
-
-
-def turning(changes: Array) -> float:
-    """Return the share of changes [any unit] whose sign is not that of the last."""
-    some = changes[changes != 0]
-    return float(np.mean(some[1:] * some[:-1] < 0)) if len(some) > FEW else 0.0
 
 
 class Smoothed(NamedTuple):
@@ -226,22 +159,6 @@ def smear_of(noise: float, row: float, jerk: float) -> float:
 def jerk_of(noise: float, row: float, smear: float) -> float:
     """Spectral size of the jerk by which one smears over a time [s]."""
     return float(noise * row**0.5 / smear**2)
-
-
-def rounded_to(speed: Array) -> float:
-    """Return the steps [m/s] to which a speed is rounded, if that is what is seen.
-
-    Under way it stands for some rows, and then changes by one step.
-    """
-    v = speed[np.isfinite(speed)][:PIECE]
-    change = np.abs(np.diff(v))[(v[1:] != 0) | (v[:-1] != 0)]
-    steps = change[change > ROUNDING * float(np.abs(v).max(initial=0.0))]
-    if len(steps) < FEW or 1 - len(steps) / len(change) < STANDS:
-        return 0.0
-    step = float(np.median(steps[steps < 2 * steps.min()]))
-    whole = np.abs(steps / step - np.round(steps / step)) < WHOLE
-    one = float(np.median(steps)) < ONE_STEP * step
-    return step if one and bool(np.mean(whole) > 1 - WHOLE) else 0.0
 
 
 def pieces(long: Array) -> tuple[NDArray[np.int_], Array]:

@@ -8,8 +8,9 @@ from rcc_sim.errors import InputError
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import replay
 from rcc_sim.simulate.road import surveyed_slope
+from rcc_sim.simulate.roughness import sensor_noise
 from rcc_sim.simulate.run import simulate
-from rcc_sim.simulate.smooth import chosen_jerk, sensor_noise, smooth_speed, smoothed
+from rcc_sim.simulate.smooth import chosen_jerk, smooth_speed, smoothed
 from rcc_sim.trace import Trace
 from tests.cars import car, truck
 

@@ -9,7 +9,8 @@ from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import replay
-from rcc_sim.simulate.smooth import rounded_to, smoothed
+from rcc_sim.simulate.roughness import rounded_to
+from rcc_sim.simulate.smooth import smoothed
 from rcc_sim.trace import Trace
 
 CAR = load_vehicle("tesla_model_3")
