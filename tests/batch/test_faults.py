@@ -68,14 +68,14 @@ def _words(process):
 
 
 def enough(killed):
-    """Whether twenty were killed, and of each kind some."""
-    return sum(killed.values()) >= 20 and min(killed.values()) >= 5
+    """Whether a dozen were killed, and of each kind some."""
+    return sum(killed.values()) >= 12 and min(killed.values()) >= 4
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="there are no such signals")
 @pytest.mark.parametrize("command", COMMANDS)
-def test_twenty_kills_at_random_lose_and_double_nothing(tmp_path, command):
+def test_a_dozen_kills_at_random_lose_and_double_nothing(tmp_path, command):
     if command == "fleet":
         written(tmp_path / "logs")
     undisturbed = started(command, tmp_path / "whole", jobs=1)
