@@ -139,8 +139,8 @@ class Diagnosis:
                 }
                 for one in self.by_log
             ],
-            "moved": moved(self.fit, self.vehicle.figures()),
-            "moved_together": moved_together(self.fit, self.vehicle.figures()),
+            "moved": self.moved,
+            "moved_together": self.moved_together,
             "figures": {k: self._told(k, x) for k, x in self._moved().items()},
             "prices": self.prices and asdict(self.prices),
             "unexplained": unexplained,
@@ -243,11 +243,20 @@ class Diagnosis:
         told = f": {before.source}" if before.source else ""
         return f"{self.source}; stated {before.value:g}{told}"
 
+    @cached_property
+    def moved(self) -> dict[str, float]:
+        """Stated figures that are off by their sds or more, in sds, farthest first."""
+        return moved(self.fit, self.vehicle.figures())
+
+    @cached_property
+    def moved_together(self) -> float:
+        """Sds by which one would be off that is as unlikely as all of them."""
+        return moved_together(self.fit, self.vehicle.figures())
+
     @property
     def elsewhere(self) -> dict[str, float]:
         """Stated figures so many sds off that they are those of another vehicle."""
-        pulls = moved(self.fit, self.vehicle.figures())
-        return {k: abs(x) for k, x in pulls.items() if abs(x) > ANOTHER_VEHICLE}
+        return {k: abs(x) for k, x in self.moved.items() if abs(x) > ANOTHER_VEHICLE}
 
     @property
     def source(self) -> str:

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from rcc_sim.analyse.gap_energy import COVERAGE
 from rcc_sim.analyse.gap_replays import sd_of
 from rcc_sim.diagnose.diagnosis import Diagnosis
-from rcc_sim.diagnose.pulls import moved, moved_together
 from rcc_sim.diagnose.verdict import Asserted, battery_of_another
 from rcc_sim.report.text import figures, rounded, short
 from rcc_sim.report.verdict import OTHER, doubt_of, too_many
@@ -61,15 +60,14 @@ def is_a_drag_as_well(one: Asserted) -> bool:
 def moved_figures(found: Diagnosis) -> Iterator[tuple[str, str]]:
     """Stated figures that the logs moved farthest: from, to, in their sds."""
     stated = found.vehicle.figures()
-    pulls = moved(found.fit, stated)
-    if pulls:
+    if found.moved:
         told = (
             f"{key} {figures(stated[key].value, 4)} to "
             f"{figures(stated[key].value + x * sd_of(stated[key]), 4)} "
             f"({rounded(x, 1)} sd)"
-            for key, x in list(pulls.items())[:SHOWN]
+            for key, x in list(found.moved.items())[:SHOWN]
         )
-        doubt = doubt_of(pulls, moved_together(found.fit, stated))
+        doubt = doubt_of(found.moved, found.moved_together)
         yield "MOVED", "; ".join(filter(None, (", ".join(told), doubt)))
 
 
