@@ -177,7 +177,8 @@ def slopes(
         w, A = w[rows], A[rows]
     W = weights(w)
     sd = np.array([k.sd for k in now.knobs])
-    H = curvature(W) * (A.T * W) @ A + np.diag(1 / sd**2)
+    B = A.T * np.sqrt(W)
+    H = curvature(W) * (B @ B.T) + np.diag(1 / sd**2)
     off = np.array([(now.values[k.key] - k.value) / k.sd**2 for k in now.knobs])
     return H, A.T @ (W * w) + off
 

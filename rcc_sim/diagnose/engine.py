@@ -84,13 +84,16 @@ class Engine:
                 self.edges.append([] if counts else edges)
 
     def residuals(self, values: dict[str, float], coarse: bool = False) -> list[Array]:
-        """Measured minus predicted, a track each; coarse: for differences alone."""
+        """Measured minus predicted, a track each.
+
+        Coarse: for differences alone, in which offsets, the same in both, are nil.
+        """
         found = [
             e
             for i, p in enumerate(self.problems)
             for e in p.residuals(figures_of(values, i), coarse)
         ]
-        for key in (k for k in values if k.startswith(BIAS)):
+        for key in (k for k in values if k.startswith(BIAS) and not coarse):
             for track, x in self.offset(key).items():
                 found[track] = found[track] - values[key] * x
         return found

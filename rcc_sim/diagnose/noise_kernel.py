@@ -36,9 +36,8 @@ def whiten(e, unit, valid, edges, weight, w):
     total = np.zeros(n + 1)
     for j in range(e.shape[0]):
         for i in range(n):
-            z[i] = 0.0
-            if valid[i]:
-                z[i] = e[j, i] / unit[i]
+            z[i] = e[j, i] / unit[i] if valid[i] else 0.0
+        for i in range(n):
             total[i + 1] = total[i] + z[i]
         for b in range(len(edges)):
             share, later = weight[b], z[edges[b] :]
@@ -92,7 +91,7 @@ def learn(e, rows, X, edges, share, memory, scale):
     returned is the size of what is left.
     """
     n, v, m = len(e), len(rows), len(memory)
-    z, squares, means = np.empty(v), np.empty(v), np.zeros((v, m))
+    z, squares, means = np.empty(v), np.empty(v), np.zeros((m, v))
     total = np.zeros(n + 1)
     known = np.empty((X.shape[0], v))
     for j in range(X.shape[0]):
@@ -101,17 +100,13 @@ def learn(e, rows, X, edges, share, memory, scale):
     size = 1.0
     for _ in range(TURNS):
         look_back(e, rows, scale, edges, total, z, means)
+        square_left(z, means, memory, squares)
         for i in range(v):
-            left = z[i]
-            for b in range(m):
-                left -= memory[b] * means[i, b]
-            squares[i] = (left * scale[rows[i]]) ** 2
+            squares[i] *= scale[rows[i]] ** 2
         fit_scale(squares, known, share)
+        add_up(share, X, scale)
         for i in range(n):
-            variance = 0.0
-            for j in range(len(share)):
-                variance += share[j] * X[j, i]
-            scale[i] = math.sqrt(variance)
+            scale[i] = math.sqrt(scale[i])
         look_back(e, rows, scale, edges, total, z, means)
         size = fit_memory(z, means, memory, squares)
     return size
@@ -130,11 +125,11 @@ def look_back(e, rows, scale, edges, total, z, means):
             z[k] = e[i] / scale[i]
             total[i + 1] += z[k]
             k += 1
-    for b in range(means.shape[1]):
+    for b in range(len(means)):
         near, far = edges[b], edges[b + 1]
         for k in range(len(rows)):
             there = total[max(rows[k] - near, 0)] - total[max(rows[k] - far, 0)]
-            means[k, b] = there / (far - near)
+            means[b, k] = there / (far - near)
 
 
 @jit
@@ -147,23 +142,16 @@ def fit_scale(squares, X, share):
     size = robust_size(squares)
     for j in range(k):
         share[j] = max(share[j], 1e-6 / k) * size
-    up, down = np.empty(k), np.empty(k)
+    inverse, seen = np.empty(len(squares)), np.empty(len(squares))
     for _ in range(STEPS):
-        up[:] = 0.0
-        down[:] = 0.0
+        add_up(share, X, inverse)
         for i in range(len(squares)):
-            variance = 0.0
-            for j in range(k):
-                variance += share[j] * X[j, i]
-            inverse = 1.0 / variance
-            seen = squares[i] * inverse
-            seen *= (FREEDOM + 1.0) / (FREEDOM + seen) * inverse
-            for j in range(k):
-                up[j] += X[j, i] * seen
-                down[j] += X[j, i] * inverse
+            inverse[i] = 1.0 / inverse[i]
+            z = squares[i] * inverse[i]
+            seen[i] = (FREEDOM + 1.0) / (FREEDOM + z) * z * inverse[i]
         most = 0.0
         for j in range(k):
-            share[j] *= up[j] / max(down[j], 1e-300)
+            share[j] *= dot(X[j], seen) / max(dot(X[j], inverse), 1e-300)
             most = max(most, share[j])
         for j in range(k):
             share[j] = max(share[j], 1e-12 * most)
@@ -171,24 +159,23 @@ def fit_scale(squares, X, share):
 
 @jit
 def fit_memory(z, means, memory, squares):
-    """Write the weights of the means (n, m) that foresee z; return the size left.
+    """Write the weights of the means (m, n) that foresee z; return the size left.
 
     Least squares with the weights of a t-distribution.
     """
     m = len(memory)
     square_left(z, means, memory, squares)
     variance = robust_size(squares)
-    N, b = np.empty((m, m)), np.empty(m)
+    N, b, part = np.empty((m, m)), np.empty(m), np.empty(len(z))
     for _ in range(SOLVED * (m > 0)):
-        N[:] = 0.0
-        b[:] = 0.0
         for i in range(len(z)):
-            weight = (FREEDOM + 1.0) / (FREEDOM + squares[i] / variance)
-            for j in range(m):
-                part = weight * means[i, j]
-                b[j] += part * z[i]
-                for c in range(j + 1):
-                    N[j, c] += part * means[i, c]
+            squares[i] = (FREEDOM + 1.0) / (FREEDOM + squares[i] / variance)
+        for j in range(m):
+            for i in range(len(z)):
+                part[i] = squares[i] * means[j, i]
+            b[j] = dot(part, z)
+            for c in range(j + 1):
+                N[j, c] = dot(part, means[c])
         trace = 0.0
         for j in range(m):
             trace += N[j, j]
@@ -197,18 +184,43 @@ def fit_memory(z, means, memory, squares):
         solve(N, b)
         memory[:] = b
         square_left(z, means, memory, squares)
-        variance = robust_size(squares)
+        variance = sized(squares, variance)
     return math.sqrt(variance)
 
 
 @jit
 def square_left(z, means, memory, squares):
     """Write the squares of what a memory does not foresee."""
+    squares[:] = z
+    for j in range(len(memory)):
+        for i in range(len(z)):
+            squares[i] -= memory[j] * means[j, i]
     for i in range(len(z)):
-        left = z[i]
-        for j in range(len(memory)):
-            left -= memory[j] * means[i, j]
-        squares[i] = left * left
+        squares[i] *= squares[i]
+
+
+@jit
+def add_up(share, X, out):
+    """Write the sum of the rows of X (k, n), each by its share."""
+    out[:] = 0.0
+    for j in range(len(share)):
+        for i in range(len(out)):
+            out[i] += share[j] * X[j, i]
+
+
+@jit
+def dot(x, y):
+    """Sum of products, in four sums side by side, none of which waits for another."""
+    a = b = c = d = 0.0
+    whole = len(x) - len(x) % 4
+    for i in range(0, whole, 4):
+        a += x[i] * y[i]
+        b += x[i + 1] * y[i + 1]
+        c += x[i + 2] * y[i + 2]
+        d += x[i + 3] * y[i + 3]
+    for i in range(whole, len(x)):
+        a += x[i] * y[i]
+    return (a + b) + (c + d)
 
 
 @jit
@@ -220,12 +232,18 @@ def robust_size(squares):
         mean += squares[i]
     mean /= n
     # most rows may be alike to the last bit
-    size = max(np.median(squares) * 2.2, 1e-6 * mean) + 1e-300
+    return sized(squares, max(np.median(squares) * 2.2, 1e-6 * mean) + 1e-300)
+
+
+@jit
+def sized(squares, size):
+    """Return the likeliest size of a t-distribution (squared), from one nearby on."""
+    inverse = np.empty(len(squares))
     for _ in range(SIZED):
-        total = 0.0
-        for i in range(n):
-            total += squares[i] / (FREEDOM * size + squares[i])
-        size = (FREEDOM + 1.0) * size * total / n + 1e-300
+        for i in range(len(squares)):
+            inverse[i] = 1.0 / (FREEDOM * size + squares[i])
+        share = dot(squares, inverse) / len(squares)
+        size = (FREEDOM + 1.0) * size * share + 1e-300
     return size
 
 
