@@ -12,21 +12,22 @@ def turn_velocity(c, s, dt):
     """Turn (v_x, v_y) as the body axes turn by r dt: the m v r terms of Newton's law.
 
     (m + J n²) dv_x/dt = m v_y r and m dv_y/dt = -m v_x r keep the kinetic energy of
-    body and rotor; the Cayley map of the rotation keeps it to the last bit.
+    body and rotor; the Cayley map of the rotation of v_y and sqrt(1 + J n² / m) v_x
+    keeps it to the last bit.
     """
     if s.r == 0.0:
         return
-    g = math.sqrt(c.m_spin / c.m)
-    q = 0.5 * s.r * dt / g
-    cos = (1.0 - q * q) / (1.0 + q * q)
-    sin = 2.0 * q / (1.0 + q * q)
-    w = g * s.v_x
+    q = 0.5 * s.r * dt / c.spin
+    share = 1.0 / (1.0 + q * q)
+    cos = (1.0 - q * q) * share
+    sin = 2.0 * q * share
+    w = c.spin * s.v_x
     v_y = cos * s.v_y - sin * w
     w1 = cos * w + sin * s.v_y
     if w1 < 0.0:  # sliding sideways past 90°: the wheels do not roll back
         v_y = math.copysign(math.sqrt(v_y * v_y + w1 * w1), v_y)
         w1 = 0.0
-    s.v_x = w1 / g
+    s.v_x = w1 / c.spin
     s.v_y = v_y
 
 
@@ -34,10 +35,10 @@ def turn_velocity(c, s, dt):
 def axle_slip(u, w, v_slip):
     """Slip angle [rad] of an axle that moves at u [m/s] across and w along its wheels.
 
-    atan2(u, w) with w smoothly kept above v_slip [m/s], so that a standing wheel
+    atan(u / w) with w smoothly kept above v_slip [m/s], so that a standing wheel
     has no slip angle; the same as atan2(v_y + l_F r, v_x) - delta when rolling.
     """
-    return math.atan2(u, math.sqrt(w * w + v_slip * v_slip))
+    return math.atan(u / math.sqrt(w * w + v_slip * v_slip))
 
 
 @jit

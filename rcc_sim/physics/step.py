@@ -69,6 +69,7 @@ def prepare(p, c):
     c.m_spin = c.m
     if c.slips == 0.0:
         c.m_spin = c.m + reflected_mass(c.J, c.n)
+    c.spin = math.sqrt(c.m_spin / c.m)
     c.K_t = p.motor.K_t
     c.i_max = p.control.i_max
     c.tau_min = -braking_limit(
