@@ -31,6 +31,12 @@ def test_shares_of_a_variance_are_found_again():
     assert share[1] / share[0] == pytest.approx(true[1] / true[0], rel=0.25)
 
 
+@pytest.mark.parametrize("n", [1, 4, 7, 1000])
+def test_sums_of_products_are_numpy_s(n):
+    x, y = RNG.normal(size=(2, n))
+    assert compiled(kernel.dot)(x, y) == pytest.approx(x @ y, rel=1e-12, abs=1e-12)
+
+
 @pytest.mark.parametrize("m", [1, 3, 9])
 def test_solve_is_that_of_numpy(m):
     A = RNG.normal(size=(m, 3 * m))
@@ -42,23 +48,23 @@ def test_solve_is_that_of_numpy(m):
 
 def test_a_memory_settles_at_that_of_least_squares_by_its_own_weights():
     n = 5000
-    means = RNG.normal(size=(n, 3))
-    z = means @ [0.5, -0.2, 0.1] + RNG.standard_t(kernel.FREEDOM, n)
+    means = RNG.normal(size=(3, n))
+    z = [0.5, -0.2, 0.1] @ means + RNG.standard_t(kernel.FREEDOM, n)
     memory, squares = np.zeros(3), np.empty(n)
     for _ in range(10):  # until the weights have settled
         size = compiled(kernel.fit_memory)(z, means, memory, squares)
-    left = z - means @ memory
+    left = z - memory @ means
     np.testing.assert_allclose(squares, left**2)
     W = (kernel.FREEDOM + 1) / (kernel.FREEDOM + squares / size**2)
-    N = (means.T * W) @ means
+    N = (means * W) @ means.T
     N += 1e-3 * np.trace(N) / 3 * np.eye(3)
-    np.testing.assert_allclose(memory, np.linalg.solve(N, (means.T * W) @ z), atol=1e-4)
+    np.testing.assert_allclose(memory, np.linalg.solve(N, (means * W) @ z), atol=1e-4)
 
 
 def test_blocks_of_past_rows_are_averaged_and_what_is_not_seen_counts_as_nothing():
     e, scale = np.arange(1.0, 7.0), np.full(6, 2.0)
     rows, edges = np.array([0, 2, 3, 5]), np.array([0, 1, 3])
-    z, means, total = np.empty(4), np.empty((4, 2)), np.zeros(7)
+    z, means, total = np.empty(4), np.empty((2, 4)), np.zeros(7)
     compiled(kernel.look_back)(e, rows, scale, edges, total, z, means)
     seen = np.where(np.isin(np.arange(6), rows), e / 2, 0.0)
     np.testing.assert_allclose(z, seen[rows])
@@ -66,7 +72,7 @@ def test_blocks_of_past_rows_are_averaged_and_what_is_not_seen_counts_as_nothing
     # a block from a to b rows back holds those older than a, up to b
     for k, i in enumerate(rows):
         expected = [before[i + 3 - b : i + 3 - a].mean() for a, b in ((0, 1), (1, 3))]
-        np.testing.assert_allclose(means[k], expected)
+        np.testing.assert_allclose(means[:, k], expected)
 
 
 def test_machine_code_and_plain_python_give_the_same():
