@@ -52,7 +52,7 @@ a step a tick, and a launch that is a tick early outweighs all else.
 AHEAD = (1, 2)
 """Rows by which a delay is moved at a time."""
 
-FALLS, DOUBLED = 2.0, 14
+FALLS, DOUBLED = 2.0, 40
 """Nats that a figure must lose, others held, before it is told by what it loses: as two
 standard deviations do; and times that the way there is doubled at most."""
 
@@ -318,16 +318,26 @@ def no_surer(engine: Engine, fit: Fit, keys: Collection[str]) -> Fit:
 
 
 def wider_by(engine: Engine, fit: Fit, knob: Knob, sd: float) -> float:
-    """Times that a figure, others held, is told worse than its sd says; 1 at least."""
+    """Times that a figure, others held, is told worse than its sd says; 1 at least.
+
+    Where the model jumps at any change, as where each moves a launch by a tick, a fit
+    stands on a tip: it is told by what is lost beyond that, and no better than to where
+    that is as much as those losses scatter.
+    """
     x, by = fit.values[knob.key], sd
+    lost: list[float] = []
     for _ in range(DOUBLED):
         ends = {knob.within(x - by), knob.within(x + by)} - {x}
         at = [fit.values | {knob.key: end} for end in ends]
         tried = engine.each(lambda v: engine.attempt(v, fit.knobs, fit.noise), at)
-        lost = [fit.score - f.score for f in tried if f is not None]
-        loss = float(np.mean(lost)) if lost else 0.0
-        if loss >= FALLS:
-            return max(float(by / np.sqrt(2 * loss)) / sd, 1.0)
+        each = [fit.score - f.score for f in tried if f is not None]
+        lost.append(float(np.mean(each)) if each else 0.0)
+        tip = lost[:-1] if lost[0] >= FALLS else []
+        level, scatter = (np.mean(tip), np.ptp(tip)) if tip else (0.0, 0.0)
+        beyond = lost[-1] - level
+        if beyond >= FALLS + 2 * scatter and (tip or lost[0] < FALLS):
+            told = by / np.sqrt(2 * beyond) * np.sqrt(1 + scatter)
+            return max(float(told) / sd, 1.0)
         by *= 2
     return 1.0
 

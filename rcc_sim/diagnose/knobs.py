@@ -208,11 +208,27 @@ def nuisance_knobs(problems: Sequence[Problem]) -> list[Knob]:
     knobs = tolerance_knobs(first)
     for i, problem in enumerate(problems):
         knobs += bias_knobs(problem, i)
-    if not first.drive.imposed and "motor_lag" not in first.vehicle.effects:
-        key = "effects.motor_lag.time_constant_s"
-        lag = CURRENT_LOOP_LAG
-        knobs.append(Knob(key, 0.0, lag, low=0.0, high=1.0, step=lag / 3))
-    return knobs
+    return knobs + lateness_knobs(first)
+
+
+def lateness_knobs(problem: Problem) -> list[Knob]:
+    """How late motor and steering may be that no file calls late.
+
+    Commands that are logged as they are sent, and hold until the next, come half a row
+    late beside such as run straight from row to row: at 50 rows a second that is a
+    delay of the steering of 10 ms, by some hundred nats.
+    """
+    drive = problem.drive
+    straight = drive.steered and not drive.held[1]
+    sds = {
+        "motor_lag.time_constant_s": CURRENT_LOOP_LAG * (not drive.imposed),
+        "steering_delay.delay_s": 0.5 * problem.row * straight,
+    }
+    return [
+        Knob(f"effects.{name}", 0.0, sd, low=0.0, high=1.0, step=sd / 3)
+        for name, sd in sds.items()
+        if sd and name.partition(".")[0] not in problem.vehicle.effects
+    ]
 
 
 def bias_key(log: int, column: str) -> str:

@@ -19,6 +19,7 @@ from rcc_sim.analyse.logged import Logged
 from rcc_sim.analyse.offsets import OFFSETS
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose import descent
+from rcc_sim.diagnose.as_sent import as_sent
 from rcc_sim.diagnose.by_log import each_log, noise_of
 from rcc_sim.diagnose.candidates import candidates_for, size_of
 from rcc_sim.diagnose.cause import Cause
@@ -104,7 +105,8 @@ def diagnose(
             problems = [replace(p, unzeroed=offsets) for p in problems]
         engine = Engine(problems)
         able = candidates_for(problems, candidates, withheld)
-        found = compete(engine, able, told)
+        explained = partial(compete, candidates=able, told=told)
+        engine, found = as_sent(engine, explained(engine), explained)
     gaps = tuple(where)
     hidden = tuple(dict.fromkeys(c for one in logs for c in one.hidden))
     told("what is left")
@@ -152,6 +154,7 @@ def diagnose(
         replace(g, findings=(*g.findings, *misread(fit, i))) for i, g in enumerate(gaps)
     )
     fit = descent.no_surer(acting, fit, {k for c in causes for k in c.keys})
+    problems = list(engine.problems)
     row = size_of(problems[0], "row")
     pulls = map(abs, moved(fit, stated).values())
     farthest = max([moved_together(fit, stated), *pulls])
