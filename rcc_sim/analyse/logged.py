@@ -26,10 +26,14 @@ from rcc_sim.definitions.sensors import INERTIAL
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
 from rcc_sim.readers import Log, read_log, with_vehicle
+from rcc_sim.simulate.drive import is_on_stand
 from rcc_sim.simulate.roughness import sensor_noise
 from rcc_sim.trace import Trace
 
 Places = NDArray[np.intp]
+
+MOVING = (*INERTIAL, "x_m", "y_m", "yaw_rad", "elevation_m", "slope", "steer_cmd_rad")
+"""Columns that say nothing of a vehicle whose wheels turn off the ground."""
 
 COMPARED = (
     *("speed_mps", "yaw_rate_radps", "accel_x_mps2", "accel_y_mps2"),
@@ -75,6 +79,7 @@ def open_log(
     columns: str | Path | None = None,
     hide: Sequence[str] = (),
     back: bool = False,
+    on_stand: bool = False,
     stdin: IO[bytes] | None = None,
 ) -> Logged:
     """Read a log of any format, check it, and drop what cannot be used.
@@ -91,6 +96,9 @@ def open_log(
         Measured columns to leave out.
     back : bool
         It was driven the other way along the road: its ``direction`` is -1.
+    on_stand : bool
+        Its wheels turned off the ground: its ``on_stand`` is 1. What a vehicle that
+        stands still feels, and how it is steered, is left out.
 
     Raises
     ------
@@ -100,11 +108,16 @@ def open_log(
     reading = read_log(source, reader=reader, columns=columns, stdin=stdin)
     reading = with_vehicle(reading, vehicle)
     trace = steered(reading.trace, vehicle)
-    if back:
-        other_way = {"direction": np.full(len(trace), -1.0)}
-        trace = Trace({**trace.columns, **other_way}, name=trace.name)
+    said = {"direction": -1.0} if back else {}
+    said |= {"on_stand": 1.0} if on_stand else {}
+    all_along = {name: np.full(len(trace), x) for name, x in said.items()}
+    trace = Trace({**trace.columns, **all_along}, name=trace.name)
     reading = replace(reading, trace=trace)
-    trace, notes = one_clock(_without(reading.trace, hide))
+    trace = _without(trace, hide)
+    if is_on_stand(trace):
+        kept = {c: x for c, x in trace.columns.items() if c not in MOVING}
+        trace = Trace(kept, name=trace.name)
+    trace, notes = one_clock(trace)
     checked = check_log(trace, vehicle)
     _refuse_time(checked.findings, trace.name)
     kept = {

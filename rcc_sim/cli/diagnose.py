@@ -97,6 +97,14 @@ def diagnose(
             metavar="LOG",
         ),
     ] = None,
+    on_stand: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="A log of the same vehicle whose wheels turn off the ground: no road "
+            "acts in it; repeatable.",
+            metavar="LOG",
+        ),
+    ] = None,
     repeats: Repeats = None,
     reader: Reader = None,
     map_: Map = None,
@@ -152,6 +160,7 @@ def diagnose(
             {
                 "--repeats": repeats,
                 "--back": back,
+                "--on-stand": on_stand,
                 "--holdout": holdout,
                 "--write-vehicle": write_vehicle,
                 "--profiles": profiles,
@@ -168,8 +177,8 @@ def diagnose(
     if text and (json or csv):
         what = f"--text and --{'json' if json else 'csv'}: one of them"
         raise InputError(what, "what --html writes is for people, too")
-    logs, back = logs or [], back or []
-    inputs = [*logs, *back, *(holdout or []), *(repeats or [])]
+    logs, back, on_stand = logs or [], back or [], on_stand or []
+    inputs = [*logs, *back, *on_stand, *(holdout or []), *(repeats or [])]
     once(inputs)
     keep(
         [*inputs, vehicle],
@@ -182,8 +191,8 @@ def diagnose(
         },
     )
     found = _found(
-        logs, back, vehicle, withhold or [], hide or [], effects, holdout or [],
-        repeats or [], reader, map_,
+        logs, back, on_stand, vehicle, withhold or [], hide or [], effects,
+        holdout or [], repeats or [], reader, map_,
     )  # fmt: skip
     _write(found, write_vehicle, profiles, next_run)
     if html is not None:
@@ -202,6 +211,7 @@ def _fleet(asked: Asked, options: dict[str, Any]) -> None:
 def _found(
     logs: list[str],
     back: list[str],
+    on_stand: list[str],
     vehicle: str,
     withhold: list[str],
     hide: list[str],
@@ -226,13 +236,17 @@ def _found(
             raise InputError(what, did_you_mean(name, car.effects))
     car = car.changed(without=tuple(withhold)) if withhold else car
 
-    def opened(names: list[str], back: bool = False) -> list[Any]:
+    def opened(names: list[str], **where: Any) -> list[Any]:
         return [
-            open_log(name, car, reader=reader, columns=map_, hide=hide, back=back)
+            open_log(name, car, reader=reader, columns=map_, hide=hide, **where)
             for name in names
         ]
 
-    found = [*opened(logs), *opened(back, back=True)]
+    found = [
+        *opened(logs),
+        *opened(back, back=True),
+        *opened(on_stand, on_stand=True),
+    ]
     # before a fit that takes its time: it may be the wrong vehicle, or unit
     tell_notes([(one.log.name, notes_of(one.findings)) for one in found])
     with told("diagnosing") as tell:

@@ -67,6 +67,10 @@ def gap(
             "the other side.",
         ),
     ] = False,
+    on_stand: Annotated[
+        bool,
+        typer.Option("--on-stand", help="The wheels turn off the ground: no road."),
+    ] = False,
     repeats: Repeats = None,
     reader: Reader = None,
     map_: Map = None,
@@ -93,14 +97,23 @@ def gap(
         jobs, dask or "", html, output, csv, json,
     )  # fmt: skip
     if asked.is_fleet:
-        refuse_single({"--back": back, "--repeats": repeats, "--plot": plot})
+        refuse_single(
+            {
+                "--back": back,
+                "--on-stand": on_stand,
+                "--repeats": repeats,
+                "--plot": plot,
+            }
+        )
         _fleet(asked, {"vehicle": vehicle, "hide": hide, "reader": reader, "map": map_})
         return
     log = one_log(asked)
     read = [log, vehicle, *(repeats or [])]
     once([log, *(repeats or [])])
     keep(read, {"--plot": plot, "--html": html, "--output": output})
-    found = _found(log, vehicle, hide or [], back, repeats or [], reader, map_)
+    how = {"reader": reader, "columns": map_}
+    once_only = {"hide": hide or [], "back": back, "on_stand": on_stand}
+    found = _found(log, vehicle, repeats or [], how, once_only)
     if plot is not None:
         from rcc_sim.report.gap_plot import plot_gap
         from rcc_sim.report.plots import save
@@ -122,11 +135,9 @@ def _fleet(asked: Asked, options: dict[str, Any]) -> None:
 def _found(
     log: str,
     vehicle: str,
-    hide: list[str],
-    back: bool,
     repeats: list[str],
-    reader: str | None,
-    map_: str | None,
+    how: dict[str, Any],
+    once_only: dict[str, Any],
 ) -> Gap:
     from rcc_sim.analyse.gap import gap
     from rcc_sim.analyse.logged import open_log
@@ -134,8 +145,8 @@ def _found(
     from rcc_sim.definitions.vehicle import load_vehicle
 
     car = load_vehicle(vehicle)
-    logged = open_log(log, car, reader=reader, columns=map_, hide=hide, back=back)
-    others = [open_log(name, car, reader=reader, columns=map_).log for name in repeats]
+    logged = open_log(log, car, **how, **once_only)
+    others = [open_log(name, car, **how).log for name in repeats]
     with progress("replaying", len(logged.log)) as tell:
         return gap(logged, car, repeats=others, progress=tell)
 

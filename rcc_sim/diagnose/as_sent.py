@@ -1,44 +1,69 @@
-"""References that were logged as they were sent, and hold until the next one."""
+"""Commands that were logged as they were sent, and hold until the next one."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
 
+import numpy as np
+
+from rcc_sim.analyse.sampled import SAMPLE
 from rcc_sim.diagnose.cause import ENOUGH
 from rcc_sim.diagnose.compete import Explanation
 from rcc_sim.diagnose.engine import Engine
-
-LATE = "actuation_delay"
-"""What a motor seems to have whose reference holds between the rows of its log."""
-
-ROWS = 1.5
-"""Rows up to which a delay may be that of a reference that holds: half of one."""
+from rcc_sim.simulate.drive import Drive
 
 
 def as_sent(
     engine: Engine, found: Explanation, explained: Callable[[Engine], Explanation]
 ) -> tuple[Engine, Explanation]:
-    """Return logs and explanation, references holding where that is as likely.
+    """Return logs and explanation, commands holding between rows where likelier.
 
-    A reference that runs straight from row to row leads one that holds by half a row. A
-    motor that seems to be late by no more is explained once more with a reference that
-    holds; it is taken if no cause fewer costs more nats than a cause must gain.
+    A command that runs straight from row to row leads one that holds by half a row; and
+    so do flows that are samples such as are means since the row before. A motor or a
+    steering that is late, or slow, may seem to hold it: where the vehicle as it is
+    stated likes it better so, all is explained once more, and the likelier explanation
+    stands. A cause fewer is worth what a cause must gain.
     """
-    key = f"effects.{LATE}.delay_s"
-    row = engine.problems[0].row
-    named = LATE in {c.effect for c in found.causes}
-    straight = [p for p in engine.problems if not p.drive.held[0]]
-    if not (named and straight) or found.fit.values[key] > ROWS * row:
+    others = [
+        Engine(
+            [
+                replace(p, drive=drive)
+                for p, drive in zip(engine.problems, drives, strict=True)
+            ]
+        )
+        for drives in zip(*(held(p.drive) for p in engine.problems), strict=False)
+    ]
+    each = [likelihood(e) for e in others]
+    if not others or max(each) < likelihood(engine) + ENOUGH:
         return engine, found
-    held = Engine(
-        [
-            replace(p, drive=replace(p.drive, held=(True, p.drive.held[1])))
-            for p in engine.problems
-        ]
-    )
-    again = explained(held)
+    best = others[int(np.argmax(each))]
+    again = explained(best)
     fewer = len(found.causes) - len(again.causes)
     if again.fit.score + ENOUGH * fewer <= found.fit.score:
         return engine, found
-    return held, again
+    return best, again
+
+
+def held(drive: Drive) -> list[Drive]:
+    """Return a drive with reference, steering or both held, by samples and means."""
+    if drive.imposed:
+        return []
+    windows = sorted({min(drive.window, SAMPLE), drive.window})
+    ways = [(True, False), (False, True), (True, True)]
+    return [
+        replace(drive, held=either(drive.held, way), window=window)
+        for way in ways
+        for window in windows
+    ]
+
+
+def either(one: tuple[bool, bool], other: tuple[bool, bool]) -> tuple[bool, bool]:
+    """Return what either of two says of reference and steering."""
+    return one[0] or other[0], one[1] or other[1]
+
+
+def likelihood(engine: Engine) -> float:
+    """Log-likelihood of the vehicle as it is stated, under the noise that it leaves."""
+    left = engine.residuals({})
+    return engine.loglik(left, engine.learn_noise(left))

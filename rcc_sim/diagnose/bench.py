@@ -32,7 +32,6 @@ from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import BIAS, Knob, figures_of
 from rcc_sim.diagnose.limits import level_column, limits_of
 from rcc_sim.diagnose.menu import (
-    ON_STAND,
     STAND,
     Leg,
     Run,
@@ -40,7 +39,7 @@ from rcc_sim.diagnose.menu import (
     menu,
 )
 from rcc_sim.diagnose.noise import CURVATURE, Whitener, local_range
-from rcc_sim.diagnose.problem import Problem
+from rcc_sim.diagnose.problem import WHEELS, WHEELS_SD, Problem
 from rcc_sim.diagnose.verdict import INTERVAL
 from rcc_sim.errors import InputError
 from rcc_sim.simulate.drive import drive_of
@@ -48,9 +47,6 @@ from rcc_sim.simulate.replay import replay
 from rcc_sim.trace import Trace
 
 Array = NDArray[np.float64]
-
-WHEELS_SD = 0.5
-"""By how much the inertia of the wheels may be off, as a share of it."""
 
 FIRST = f"{BIAS}0."
 """Key of an offset in the first log."""
@@ -225,6 +221,8 @@ class Bench:
         columns = {"time_s": leg.time, self.level: leg.level}
         if leg.back:
             columns["direction"] = np.full(len(leg.time), -1.0)
+        if run.where == STAND:
+            columns["on_stand"] = np.ones(len(leg.time))
         if self.steered:
             columns["steer_cmd_rad"] = leg.steer
         settings = at_place(self.vehicle, figures_of(fit.values), run.where)
@@ -289,7 +287,7 @@ class Bench:
         if run.where == STAND:
             wanted = [k for k in wanted if k.key != "body.mass_kg"]
             if knobs is None:
-                wanted.append(Knob(ON_STAND, 1.0, WHEELS_SD, step=WHEELS_SD))
+                wanted.append(Knob(WHEELS, 1.0, WHEELS_SD, step=WHEELS_SD))
         wanted = [
             k for k in wanted if not k.key.startswith(BIAS) or k.key.startswith(FIRST)
         ]
@@ -331,14 +329,14 @@ def columns(fit: Fit, signals: Mapping[str, Array]) -> tuple[list[str], Array]:
     zero = np.zeros_like(next(iter(signals.values())))
     names = [k.key for k in fit.knobs]
     there = [zero if n.startswith(BIAS) else signals.get(n, zero) for n in names]
-    new = [n for n in signals if n.startswith(BIAS) or n == ON_STAND]
+    new = [n for n in signals if n.startswith(BIAS) or n == WHEELS]
     return names + new, np.stack(there + [signals[n] for n in new], axis=1)
 
 
 def precision(fit: Fit, signals: Mapping[str, Array]) -> Array:
     """Return what is known beforehand of the figures that signals belong to."""
-    sds = {k.key: k.sd for k in fit.knobs} | {ON_STAND: WHEELS_SD}
-    new = [n for n in signals if n.startswith(BIAS) or n == ON_STAND]
+    sds = {k.key: k.sd for k in fit.knobs} | {WHEELS: WHEELS_SD}
+    new = [n for n in signals if n.startswith(BIAS) or n == WHEELS]
     size = len(fit.knobs)
     P = np.zeros((size + len(new), size + len(new)))
     P[:size, :size] = fit.information / INTERVAL**2

@@ -17,7 +17,7 @@ from rcc_sim.diagnose.compete import Explanation
 from rcc_sim.diagnose.experiment import Experiment
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.hold_out import Shrink
-from rcc_sim.diagnose.knobs import BIAS, RADIUS, Knob
+from rcc_sim.diagnose.knobs import BIAS, OWN, RADIUS, Knob
 from rcc_sim.diagnose.posed import problem_of
 from rcc_sim.diagnose.prices import Prices, prices
 from rcc_sim.diagnose.problem import Problem
@@ -215,7 +215,7 @@ class Diagnosis:
         out = {}
         alike = [fit for a in self.asserted for fit in a.alike]
         for knob in self.fit.knobs:
-            if knob.sd < inf and not knob.key.startswith(BIAS):
+            if knob.sd < inf and not knob.key.startswith((BIAS, OWN)):
                 off = abs(self.fit.values[knob.key] - knob.value)
                 sd = self.fit.sd_among(alike, knob.key)
                 sd = min(sd * INTERVAL, knob.sd)

@@ -262,7 +262,7 @@ def energies(
     power = logged_power(p.log)
     if power is None:
         return None
-    out = true.run(p.vehicle.changed(settings=figures))
+    out = true.driven(figures)
     dt = np.gradient(p.log["time_s"])
     ok = np.isfinite(power) & np.isfinite(out["battery_power_w"])
     if rows is not None:

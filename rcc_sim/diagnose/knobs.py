@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from rcc_sim.analyse.gap_replays import sd_of
 from rcc_sim.analyse.offsets import offset_sd
 from rcc_sim.definitions.vehicle import Vehicle
-from rcc_sim.diagnose.problem import Problem
+from rcc_sim.diagnose.problem import WHEELS, WHEELS_SD, Problem
 from rcc_sim.diagnose.shapes import SCALE
 
 Array = NDArray[np.float64]
@@ -208,6 +208,8 @@ def nuisance_knobs(problems: Sequence[Problem]) -> list[Knob]:
     knobs = tolerance_knobs(first)
     for i, problem in enumerate(problems):
         knobs += bias_knobs(problem, i)
+        if problem.drive.on_stand:
+            knobs.append(Knob(own_key(i, WHEELS), 1.0, WHEELS_SD, low=LEAST))
     return knobs + lateness_knobs(first)
 
 
@@ -216,19 +218,17 @@ def lateness_knobs(problem: Problem) -> list[Knob]:
 
     Commands that are logged as they are sent, and hold until the next, come half a row
     late beside such as run straight from row to row: at 50 rows a second that is a
-    delay of the steering of 10 ms, by some hundred nats.
+    delay of the steering of 10 ms, by some hundred nats. Beyond a row it is one.
     """
-    drive = problem.drive
-    straight = drive.steered and not drive.held[1]
-    sds = {
-        "motor_lag.time_constant_s": CURRENT_LOOP_LAG * (not drive.imposed),
-        "steering_delay.delay_s": 0.5 * problem.row * straight,
-    }
-    return [
-        Knob(f"effects.{name}", 0.0, sd, low=0.0, high=1.0, step=sd / 3)
-        for name, sd in sds.items()
-        if sd and name.partition(".")[0] not in problem.vehicle.effects
-    ]
+    drive, row, has = problem.drive, problem.row, problem.vehicle.effects
+    knobs = []
+    if not drive.imposed and "motor_lag" not in has:
+        key, lag = "effects.motor_lag.time_constant_s", CURRENT_LOOP_LAG
+        knobs.append(Knob(key, 0.0, lag, low=0.0, high=1.0, step=lag / 3))
+    if drive.steered and not drive.held[1] and "steering_delay" not in has:
+        key, half = "effects.steering_delay.delay_s", 0.5 * row
+        knobs.append(Knob(key, 0.0, half, low=0.0, high=row, step=half / 3))
+    return knobs
 
 
 def bias_key(log: int, column: str) -> str:

@@ -17,9 +17,6 @@ from rcc_sim.trace import Trace
 
 Array = NDArray[np.float64]
 
-WHEELS = 0.03
-"""Inertia of the wheels as a share of the mass (effective mass 1.03 m, SAE J1263)."""
-
 LOAD = 0.1
 """Known load that is taken on board, as a share of the mass."""
 
@@ -287,30 +284,12 @@ def coast_curve(problem: Problem, top: float) -> Array:
 def at_place(
     vehicle: Vehicle, figures: dict[str, float], where: str
 ) -> dict[str, float]:
-    """Return the figures of a vehicle as they act where it is driven.
-
-    On the stand no road acts and the wheels alone are moved.
-    """
-    found = {
-        k: f.value for k, f in vehicle.figures().items() if k in OF_THE_ROAD
-    } | figures
-    mass = vehicle.body.mass_kg.value
-    if where == LOADED:
-        found["effects.payload.mass_kg"] = (
-            found.get("effects.payload.mass_kg", 0.0) + LOAD * mass
-        )
-    if where == STAND:
-        found |= dict.fromkeys(OF_THE_ROAD & found.keys(), 0.0)
-        moved = WHEELS * figures.get(ON_STAND, 1.0) * mass
-        found["effects.payload.mass_kg"] = moved - found.get("body.mass_kg", mass)
-    return {k: x for k, x in found.items() if k != ON_STAND}
+    """Return the figures of a vehicle as they act where it is driven."""
+    if where != LOADED:
+        return figures
+    stated = vehicle.figures().get(PAYLOAD)
+    load = figures.get(PAYLOAD, stated.value if stated else 0.0)
+    return figures | {PAYLOAD: load + LOAD * vehicle.body.mass_kg.value}
 
 
-ON_STAND = "wheels"
-OF_THE_ROAD = {
-    "effects.road_grade.slope",
-    "effects.headwind.speed_mps",
-    "effects.payload.mass_kg",
-    "effects.rolling_resistance.coefficient",
-    "effects.aerodynamic_drag.drag_area_m2",
-}
+PAYLOAD = "effects.payload.mass_kg"

@@ -43,6 +43,10 @@ VOLTAGE, CURRENT = "battery_voltage_v", "battery_current_a"
 RESISTANCE = "effects.battery_resistance.resistance_ohm"
 """A battery's terminals, and what lies between them."""
 
+WHEELS, WHEELS_SD = "wheels", 0.5
+"""Figure of a log whose wheels turn off the ground: their inertia, of what is usual;
+and by how much it may be off."""
+
 SINCE_BRAKING, SINCE_STANDING = "since_braking_s", "since_standing_s"
 
 BRAKED, SLIGHT = 1.0, 0.02
@@ -133,19 +137,35 @@ class Problem:
         self, figures: dict[str, float], coarse: bool = False
     ) -> dict[str, Array]:
         """Columns that the model predicts with some figures changed."""
-        vehicle = self.vehicle
-        if figures:
-            vehicle = vehicle.changed(settings=dict(figures))
-        return self.run(vehicle, self.recalls, coarse)
+        return self.driven(figures, self.recalls, coarse)
+
+    def driven(
+        self,
+        figures: dict[str, float],
+        recalls: tuple[float, float] = (inf, inf),
+        coarse: bool = False,
+    ) -> dict[str, Array]:
+        """Columns that it predicts, in a free run by default."""
+        settings = {k: x for k, x in figures.items() if k != WHEELS}
+        vehicle = self.vehicle.changed(settings=settings) if settings else self.vehicle
+        return self.run(vehicle, recalls, coarse, figures.get(WHEELS, 1.0))
 
     def run(
         self,
         vehicle: Vehicle,
         recalls: tuple[float, float] = (inf, inf),
         coarse: bool = False,
+        wheels: float = 1.0,
     ) -> dict[str, Array]:
         """Columns that a vehicle predicts at the log's rows; a free run by default."""
-        out = replay(vehicle, self.drive, recalls, coarse=coarse, turned=self.turned)
+        out = replay(
+            vehicle,
+            self.drive,
+            recalls,
+            coarse=coarse,
+            turned=self.turned,
+            wheels=wheels,
+        )
         if TURN_RATE in self.log:
             out[TURN_RATE] = turn_rate(out["time_s"], out["yaw_rad"])
         if self.charge is None:

@@ -14,6 +14,7 @@ from rcc_sim.analyse.gap_regimes import moving_mean
 from rcc_sim.diagnose.cause import TIED
 from rcc_sim.diagnose.diagnosis import Diagnosis
 from rcc_sim.diagnose.experiment import Experiment
+from rcc_sim.diagnose.menu import STAND
 from rcc_sim.diagnose.verdict import (
     Asserted,
     Estimate,
@@ -62,6 +63,9 @@ SHOWN = 4
 
 UNSEEN = 6
 """Effects that would not show, of which so many are told."""
+
+GIVEN = {STAND: "its log as --on-stand"}
+"""How the log of a run is given that was not driven on the road."""
 
 LEAST = 0.05
 """Nats below which two causes do not part at all."""
@@ -138,8 +142,9 @@ def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
         least = found.found.least_seen
         weak = ", ".join(n + _from(least.get(n, {})) for n in unseen[:UNSEEN])
         yield "UNSEEN", f"would not show at a likely size: {weak}{more}"
-    for run in found.experiments[:2]:
-        yield "NEXT", f"{run.do}, {run.time_s:.0f} s: {_promise(run)}"
+    for one in found.experiments[:2]:
+        how = f" ({GIVEN[one.run.where]})" if one.run.where in GIVEN else ""
+        yield "NEXT", f"{one.do}{how}, {one.time_s:.0f} s: {_promise(one)}"
     if found.is_tied and not found.experiments:
         yield "NEXT", "no run of the menu would part what is tied"
 

@@ -85,6 +85,8 @@ class Drive:
     back : bool
         It goes the other way along the road: slope and wind that the vehicle states
         come from the other side.
+    on_stand : bool
+        Its wheels turn off the ground: no road acts, and they alone are moved.
     """
 
     time: Array
@@ -102,6 +104,7 @@ class Drive:
     unseen: NDArray[np.bool_] | None = None
     smear: float = 0.0
     back: bool = False
+    on_stand: bool = False
 
     @property
     def turns_as_measured(self) -> bool:
@@ -164,7 +167,10 @@ def drive_of(
         speed, accel, smear = smoothed(time, speed, felt, jerk, means=means)
         if len(time) > 2 and not accel.any() and not means:
             accel = np.where(speed > 0, np.gradient(speed, time), 0.0)
+    stand = is_on_stand(log)
     road, distance = _road(log, vehicle, time, speed)
+    if stand:
+        road, distance = ((np.zeros(1), np.zeros(1)), None)
     ref, steer, throttle, aux, yaw_rate = (
         _whole(log, time, column)
         for column in (
@@ -179,7 +185,7 @@ def drive_of(
     return Drive(
         time,
         imposed,
-        has(log, "steer_cmd_rad"),
+        has(log, "steer_cmd_rad") and not stand,
         (ref, steer, throttle, aux),
         road,
         (speed, current, yaw_rate, torque, accel),
@@ -192,6 +198,7 @@ def drive_of(
         unseen=unseen,
         smear=smear,
         back=is_back(log),
+        on_stand=stand,
     )
 
 
@@ -203,25 +210,59 @@ def is_back(log: Trace) -> bool:
     InputError
         If it changes, or is neither 1 nor -1.
     """
-    if not has(log, "direction"):
-        return False
-    known = np.flatnonzero(np.isfinite(log["direction"]))
-    sign = log["direction"][known]
-    odd = np.abs(sign) != 1.0
+    return -1.0 == _throughout(
+        log,
+        "direction",
+        (1.0, -1.0),
+        "1, or -1 where it was driven the other way along the road",
+        "way out and way back are two logs of one vehicle",
+    )
+
+
+def is_on_stand(log: Trace) -> bool:
+    """Tell whether a log's ``on_stand`` is 1: its wheels turned off the ground.
+
+    Raises
+    ------
+    InputError
+        If it changes, or is neither 0 nor 1.
+    """
+    return 1.0 == _throughout(
+        log,
+        "on_stand",
+        (0.0, 1.0),
+        "0, or 1 where the wheels turned off the ground",
+        "road and stand are two logs of one vehicle",
+    )
+
+
+def _throughout(
+    log: Trace, column: str, either: tuple[float, float], what: str, why: str
+) -> float:
+    """Return what a column is all along, one of two; the first where it is not there.
+
+    Raises
+    ------
+    InputError
+        If it changes, or is neither.
+    """
+    if not has(log, column):
+        return either[0]
+    known = np.flatnonzero(np.isfinite(log[column]))
+    values = log[column][known]
+    odd = ~np.isin(values, either)
     if odd.any():
         row = known[int(np.argmax(odd))]
         raise InputError(
-            f"{log.name}: row {row + 1}: direction: {log['direction'][row]:g}",
-            "1, or -1 where it was driven the other way along the road",
+            f"{log.name}: row {row + 1}: {column}: {log[column][row]:g}", what
         )
-    turns = sign != sign[0]
+    turns = values != values[0]
     if turns.any():
         row = known[int(np.argmax(turns))]
         raise InputError(
-            f"{log.name}: row {row + 1}: direction changes",
-            "cut the log there: way out and way back are two logs of one vehicle",
+            f"{log.name}: row {row + 1}: {column} changes", f"cut the log there: {why}"
         )
-    return bool(sign[0] < 0)
+    return float(values[0])
 
 
 def is_imposed(log: Trace, vehicle: Vehicle) -> bool:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from rcc_sim.definitions.figure import Figure
 from rcc_sim.definitions.kernel import efficiency_map, force_table, kernel_params
 from rcc_sim.definitions.vehicle import Vehicle
+from rcc_sim.errors import InputError
 from rcc_sim.physics import params as schema
 from rcc_sim.physics import record
 from rcc_sim.physics.effects import sensor_delay
@@ -33,6 +34,18 @@ COARSE = (0.005, 0.02)
 Enough for what a change of a figure does, the error being much the same without it.
 """
 
+WHEELS = 0.03
+"""Inertia of the wheels as a share of the mass (effective mass 1.03 m, SAE J1263)."""
+
+OF_THE_ROAD = (
+    ("road_grade", "slope"),
+    ("headwind", "speed_mps"),
+    ("rolling_resistance", "coefficient"),
+    ("aerodynamic_drag", "drag_area_m2"),
+    ("steering_drag", "force_n_per_rad"),
+)
+"""Figures that do nothing where the wheels turn off the ground."""
+
 
 def replay(
     vehicle: Vehicle,
@@ -42,6 +55,7 @@ def replay(
     substeps: int = 1,
     coarse: bool = False,
     turned: Array | None = None,
+    wheels: float = 1.0,
 ) -> dict[str, Array]:
     """Run the vehicle along a log; return what it predicts at the log's rows.
 
@@ -59,6 +73,8 @@ def replay(
     turned : ndarray, shape (n,), or None
         True yaw rate at the rows, by another measurement than the gyro; NaN where not
         known. What the gyro shows then follows from it, not from the model. [rad/s]
+    wheels : float
+        Inertia of the wheels over ``WHEELS``, by which they turn off the ground.
 
     Returns
     -------
@@ -77,6 +93,8 @@ def replay(
     if drive.back:
         values["road_grade"]["slope"] *= -1.0
         values["headwind"]["speed_mps"] *= -1.0
+    if drive.on_stand:
+        lift(vehicle, values, WHEELS * wheels)
     control = values["control"]
     if drive.imposed:
         control["T_loop"] = _step(drive.time, COARSE[1] if coarse else STEP)
@@ -124,6 +142,24 @@ def replay(
         seen = {c: np.where(drive.unseen, np.nan, x) for c, x in seen.items()}
     seen["time_s"] = drive.time + drive.start
     return seen
+
+
+def lift(vehicle: Vehicle, values: dict[str, dict[str, float]], wheels: float) -> None:
+    """Take the wheels off the ground: they alone are moved, so much of the mass.
+
+    Raises
+    ------
+    InputError
+        If what holds the vehicle back is stated as a whole.
+    """
+    if "road_load" in vehicle.effects:
+        raise InputError(
+            f"{vehicle.where}: effects.road_load: is of road and bearings",
+            "off the ground it is not known what is left of it: state its parts",
+        )
+    for effect, name in OF_THE_ROAD:
+        values[effect][name] = 0.0
+    values["payload"]["mass_kg"] = (wheels - 1.0) * values["body"]["m"]
 
 
 def _step(time: Array, longest: float) -> float:

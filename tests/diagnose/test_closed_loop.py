@@ -13,8 +13,10 @@ from rcc_sim.blind.nominal import vehicle_text
 from rcc_sim.blind.plant import CLOCK
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.deliver import write_next_run
+from rcc_sim.diagnose.menu import STAND
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.trace import read_trace
+from rcc_sim.units import G
 
 SHARE = 0.25
 """Of the mass: what is on board, or what the rotor adds to it on a straight."""
@@ -108,3 +110,48 @@ def test_a_slope_that_drags_alike_is_told_by_driving_out_and_back(tmp_path):
     assert [a.cause.effect for a in again.asserted] == ["road_grade"]
     assert again.asserted[0].cause.tied == ()
     assert again.asserted[0].figures["slope"].value == pytest.approx(SLOPE, rel=0.15)
+
+
+DRAG = 0.02
+"""Weight times which the car is held back, by its tyres or in its bearings."""
+
+
+def dragged(effect):
+    p = bases.truth(bases.BASES[0], bases.BASES[0].r_w)
+    force = DRAG * p.m * G
+    if effect == "rolling_resistance":
+        return p._replace(C_rr=p.C_rr + DRAG)
+    return p._replace(dry=p.dry + force / p.n)
+
+
+def off_the_ground(p):
+    """What is left of a car whose wheels turn off the ground, a little heavier ones."""
+    return p._replace(m=0.04 * p.m, C_rr=0.0, half_rho_A=0.0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("true", ["rolling_resistance", "drivetrain_friction"])
+def test_tyres_and_bearings_are_told_by_wheels_off_the_ground(true, tmp_path):
+    (tmp_path / "car.toml").write_text(vehicle_text("car", bases.BASES[0], ()))
+    car, p = load_vehicle(tmp_path / "car.toml"), dragged(true)
+    speed = drives.speed_programme(bases.BASES[0], "track", np.random.default_rng(3))
+    speed = speed[: round(STRAIGHT / CLOCK)]
+    first = driven(p, speed, 0 * speed, tmp_path / "first.csv.gz", 1)
+    found = diagnose([open_log(str(first), car)], car)
+    cause = found.asserted[0].cause
+    assert {cause.effect, *cause.tied} >= {"rolling_resistance", "drivetrain_friction"}
+    assert found.experiments[0].run.where == STAND
+
+    leg = found.experiments[0].run.commands
+    clock = np.arange(0.0, leg.time[-1], CLOCK)
+    speed = np.interp(clock, leg.time, leg.level)
+    lifted = off_the_ground(p)
+    second = driven(lifted, speed, 0 * speed, tmp_path / "second.csv.gz", 2)
+    logs = [open_log(str(first), car), open_log(str(second), car, on_stand=True)]
+    again = diagnose(logs, car)
+    assert [a.cause.effect for a in again.asserted] == [true]
+    tied = set(again.asserted[0].cause.tied)
+    assert tied <= {"iron_loss"}  # its hysteresis is friction, whatever the wheels do
+    (figure,) = again.asserted[0].figures.values()
+    size = DRAG if true == "rolling_resistance" else dragged(true).dry
+    assert figure.value == pytest.approx(size, rel=0.1)

@@ -11,6 +11,7 @@ from rcc_sim.definitions.figure import Figure
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import Knob
+from rcc_sim.diagnose.pulls import moved, moved_together
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.report.doubts import moved_figures
 from rcc_sim.report.verdict import verdict_of
@@ -27,14 +28,22 @@ def fitted(knobs, values):
     return Fit(values, tuple(knobs), 0, 0, [], [], after)
 
 
+def diagnosed(fit):
+    """What of a diagnosis says how far it moved what is stated."""
+    return SimpleNamespace(
+        vehicle=SimpleNamespace(figures=lambda: FIGURES),
+        moved=moved(fit, FIGURES),
+        moved_together=moved_together(fit, FIGURES),
+    )
+
+
 def test_the_farthest_come_first_and_those_within_an_sd_are_silent():
     knobs = [Knob(k, v, 0.01 * v) for k, v in STATED.items()]
     knobs += [Knob("effects.payload.mass_kg", 0.0, inf), Knob("bias.0.x", 0.0, 1.0)]
-    moved = {"body.mass_kg": 3.045, "tyres.radius_m": 0.049, "bias.0.x": 5.0}
-    values = {k.key: k.value for k in knobs} | moved | {"effects.payload.mass_kg": 1.0}
+    off = {"body.mass_kg": 3.045, "tyres.radius_m": 0.049, "bias.0.x": 5.0}
+    values = {k.key: k.value for k in knobs} | off | {"effects.payload.mass_kg": 1.0}
     fit = fitted(knobs, values)
-    vehicle = SimpleNamespace(figures=lambda: FIGURES)
-    told = list(moved_figures(SimpleNamespace(fit=fit, vehicle=vehicle)))
+    told = list(moved_figures(diagnosed(fit)))
     says = "tyres.radius_m 0.05 to 0.049 (−2.0 sd), body.mass_kg 3 to 3.045 (+1.5 sd)"
     assert told == [("MOVED", says)]
 
@@ -42,8 +51,7 @@ def test_the_farthest_come_first_and_those_within_an_sd_are_silent():
 def test_where_none_moved_nothing_is_said():
     knobs = [Knob(k, v, 0.01 * v) for k, v in STATED.items()]
     fit = fitted(knobs, STATED)
-    vehicle = SimpleNamespace(figures=lambda: FIGURES)
-    assert list(moved_figures(SimpleNamespace(fit=fit, vehicle=vehicle))) == []
+    assert list(moved_figures(diagnosed(fit))) == []
 
 
 def test_a_gap_that_what_was_asked_for_does_not_explain_says_so():

@@ -24,7 +24,7 @@ from rcc_sim.analyse.logcheck.finding import (
 from rcc_sim.definitions.sensors import INERTIAL
 
 STILL = (
-    *("slope", "elevation_m", "direction"),
+    *("slope", "elevation_m", "direction", "on_stand"),
     *("aux_power_w", "ambient_temperature_degc"),
 )
 """What may be constant over a whole log."""

@@ -1,0 +1,64 @@
+"""Commands that are logged as they are sent, and hold until the next, are no delay."""
+
+import numpy as np
+import pytest
+
+from rcc_sim.analyse.logged import Logged
+from rcc_sim.definitions.cycle import parse_cycle
+from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose.run import diagnose
+from rcc_sim.similitude.cycles import scale_cycle
+from rcc_sim.simulate.drive import drive_of, holds
+from rcc_sim.simulate.replay import replay
+from rcc_sim.simulate.run import LaneChanges, simulate
+from rcc_sim.trace import Trace
+
+CAR, TICK = load_vehicle("rcc"), 0.001
+COMMANDS = ("speed_ref_mps", "steer_cmd_rad")
+NOISE = {
+    "speed_mps": 0.005,
+    "yaw_rate_radps": 0.01,
+    "accel_y_mps2": 0.08,
+    "motor_current_a": 0.15,
+}
+
+
+@pytest.fixture(scope="module")
+def asked():
+    """What a scaled drive with lane changes asks for, tick by tick."""
+    cycle = scale_cycle(parse_cycle("udds[20:330]"), to=CAR, of=load_vehicle("r1t"))
+    lanes = LaneChanges(6.0)
+    run = simulate(CAR, cycle.cycle, lanes=lanes, output_rate=1 / TICK).trace
+    return {c: run[c] for c in ("time_s", *COMMANDS)}
+
+
+def sent(asked, row, delay=0.0):
+    """A log of commands that were sent at each of its rows, and held."""
+    every = round(row / TICK)
+    held = {c: np.repeat(asked[c][::every], every) for c in COMMANDS}
+    n = min(len(x) for x in (asked["time_s"], *held.values()))
+    time = asked["time_s"][:n]
+    true = CAR.changed(effects={"steering_delay": {"delay_s": delay}} if delay else {})
+    columns = {"time_s": time, **{c: held[c][:n] for c in COMMANDS}}
+    seen = replay(true, drive_of(Trace(columns), true))
+    rng = np.random.default_rng(3)
+    columns = {name: x[::every] for name, x in columns.items()}
+    for name, sd in NOISE.items():
+        x = seen[name][::every]
+        columns[name] = x + rng.normal(0, sd, len(x))
+    columns["speed_mps"] = np.abs(columns["speed_mps"])
+    return Logged(Trace(columns, name="sent"), (), None)
+
+
+@pytest.mark.parametrize("row", [0.02, 0.05])
+def test_they_are_no_delay(asked, row):
+    log = sent(asked, row)
+    assert not any(holds(log.log[c]) for c in COMMANDS)  # each row has another value
+    assert diagnose([log], CAR).asserted == ()
+
+
+def test_a_delay_beyond_a_row_is_one(asked):
+    (one,) = diagnose([sent(asked, 0.02, delay=0.08)], CAR).asserted
+    assert one.cause.effect == "steering_delay"
+    assert one.figures["delay_s"].value == pytest.approx(0.08 + 0.01, abs=0.012)
+    assert one.figures["delay_s"].low < 0.08 + 0.01
