@@ -93,6 +93,26 @@ def effect_index() -> str:
     return MADE + "\n".join(lines) + "\n"
 
 
+SPEED_LOOP = [
+    'With `mode = "speed"`, each tick of `loop_rate_hz`:',
+    "",
+    "1. The reference [m/s] becomes a motor speed by the file's tyre radius, whatever "
+    "the true one is: ω_ref = v_ref · gear_ratio / radius_m. `speed_mps` of a log "
+    "comes from the motor's speed the same way.",
+    "2. Where |ω_ref| is below the dead zone (`effects.speed_dead_zone`), the motor "
+    "gets no current and the integral is zeroed; where ω is below it, it is seen as 0.",
+    "3. Else i_q = K_p (ω_ref − ω) + ∫ K_i (ω_ref − ω) dt, with the gains in A per "
+    "rad/s and A per rad, limited by `max_current_a`, the braking limit and the "
+    "battery's voltage. The integral waits while the current is at a limit and the "
+    "error drives it further. At a reference of 0 it is zeroed.",
+    "4. Torque is K_t i_q with K_t = 3/2 · poles / 2 · flux_linkage_wb.",
+    "",
+    "The model drives forwards: what a car does that rolls back after a stop is left "
+    "out, and what its loop remembers of it may show as a load.",
+    "",
+]
+
+
 def vehicle_page() -> str:
     """Return the reference of the vehicle file."""
     lines = [
@@ -112,6 +132,7 @@ def vehicle_page() -> str:
         need = "always needed" if table in ALWAYS else "where a command needs it"
         lines += [f"## `[{table}]`", "", f"{_doc(model)} ({need})".strip(), ""]
         lines += _keys(table, model)
+        lines += SPEED_LOOP if table == "controller" else []
     lines += ["## `[sensors.COLUMN]`", "", _doc(Sensor), ""]
     lines += _keys("sensors", Sensor)
     lines += [

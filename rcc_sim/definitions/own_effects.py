@@ -22,9 +22,18 @@ from rcc_sim.physics.params import PARAMS, SINKS
 KINDS = {"force": "N", "torque": "N m", "power": "W", "sensed": "columns"}
 """Functions that an effect may have, one of them, and what they return."""
 
-MOMENT = {"t": 1.0, "s": 10.0, "v": 2.0, "omega": 400.0, "a": 0.3, "slope": 0.01}
+MOMENT = {
+    "t": 1.0,
+    "s": 10.0,
+    "v": 2.0,
+    "omega": 400.0,
+    "a": 0.3,
+    "slope": 0.01,
+    "delta": 0.05,
+}
 """What a function may ask for, with the values that it is tried with: time [s],
-distance [m], speed [m/s], motor speed [rad/s], acceleration [m/s²], slope [1]."""
+distance [m], speed [m/s], motor speed [rad/s], acceleration [m/s²], slope [1],
+angle of the road wheels [rad]."""
 
 GROUP = "rccsim.effects"
 """Entry points of plugins: the effect's id, and the module that holds it."""

@@ -204,7 +204,7 @@ def step_imposed(p, c, s, u, f, E, flow, v_1, r_1, dt):
         f.moving = 0.0
     f.w = f.v
     f.w_1 = v_1
-    if p.steering_drag.force_n_per_rad > 0.0:
+    if EXTRA or p.steering_drag.force_n_per_rad > 0.0:
         u.delta = axle_slip(0.5 * c.l * (s.r + r_1), f.v, c.v_slip)
     resist(p, c, u, f, f.v, f.v)
     if EXTRA:

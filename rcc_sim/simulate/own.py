@@ -27,6 +27,7 @@ GIVEN = {
     "omega": "c.n * w",
     "a": "a",
     "slope": "u.slope",
+    "delta": "u.delta",
 }
 """What a function asks for by name -> where the kernel has it."""
 

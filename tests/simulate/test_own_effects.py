@@ -12,7 +12,7 @@ from rcc_sim.definitions.cycle import Cycle
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.errors import InputError
 from rcc_sim.physics.extra import EXTRA
-from rcc_sim.simulate.run import simulate
+from rcc_sim.simulate.run import LaneChanges, simulate
 from tests.cars import car, truck
 
 TRAILER = Path(__file__).resolve().parents[2] / "examples" / "own_effect" / "trailer.py"
@@ -74,6 +74,22 @@ def test_an_own_effect_does_what_the_shipped_one_of_the_same_law_does(
     (sink,) = shipped
     assert ours.ledger["own"] == pytest.approx(theirs.ledger[sink], rel=1e-9)
     assert abs(ours.residual) < 1e-9
+
+
+@pytest.mark.parametrize("imposed", [False, True])
+def test_an_own_effect_knows_how_the_wheels_are_turned(imposed, tmp_path):
+    time = np.linspace(0, 4, 81)
+    drive = Cycle("c", time, np.interp(time, CYCLE.time_s, CYCLE.speed_mps))
+    lanes, size = LaneChanges(3.0, length=1.5), 4.0
+    how = {"imposed": imposed, "lanes": lanes, "engine": "interpreted"}
+    shipped = {"steering_drag": {"force_n_per_rad": size}}
+    theirs = simulate(car(BASE | shipped), drive, **how)
+    body = "def force(delta, size):\n    return size * abs(delta)"
+    made = with_own(car(BASE), written(tmp_path, body), size=size)
+    ours = simulate(made, drive, **how)
+    assert theirs.ledger["steering_drag"] > 0
+    told = pytest.approx(theirs.ledger["steering_drag"], rel=1e-9)
+    assert ours.ledger["own"] == told
 
 
 @pytest.mark.slow

@@ -26,8 +26,8 @@ def commands_nothing(omega_ref, threshold):
 EFFECT = Effect(
     id="speed_dead_zone",
     title="dead zone of the sensorless speed loop",
-    equation="omega_seen = 0 and command 0 below the threshold; "
-    "in the tick that passes it, the mean of when the loop may look",
+    equation="omega_seen = 0 where omega is below the threshold, no current where the "
+    "reference is; in the tick that passes it, the mean of when the loop may look",
     params=(
         Param(
             "threshold_radps",
