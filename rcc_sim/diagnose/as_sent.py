@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -25,16 +26,9 @@ def as_sent(
     stated likes it better so, all is explained once more, and the likelier explanation
     stands. A cause fewer is worth what a cause must gain.
     """
-    others = [
-        Engine(
-            [
-                replace(p, drive=drive)
-                for p, drive in zip(engine.problems, drives, strict=True)
-            ]
-        )
-        for drives in zip(*(held(p.drive) for p in engine.problems), strict=False)
-    ]
-    each = [likelihood(e) for e in others]
+    ways = list(zip(*(held(p.drive) for p in engine.problems), strict=False))
+    others = engine.each(partial(driven_by, engine), ways)
+    each = engine.each(likelihood, others)
     if not others or max(each) < likelihood(engine) + ENOUGH:
         return engine, found
     best = others[int(np.argmax(each))]
@@ -43,6 +37,12 @@ def as_sent(
     if again.fit.score + ENOUGH * fewer <= found.fit.score:
         return engine, found
     return best, again
+
+
+def driven_by(engine: Engine, drives: Sequence[Drive]) -> Engine:
+    """Return the logs with other drives."""
+    pairs = zip(engine.problems, drives, strict=True)
+    return Engine([replace(p, drive=drive) for p, drive in pairs])
 
 
 def held(drive: Drive) -> list[Drive]:
