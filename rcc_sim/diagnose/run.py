@@ -44,6 +44,7 @@ from rcc_sim.diagnose.verdict import (
     ends_early,
     estimates,
     is_steady,
+    may_be_nil,
     probability,
     proves_nothing,
     standing,
@@ -128,13 +129,19 @@ def diagnose(
     if len(causes) < len(known.causes):
         fit, acting = _only(engine, found, fit, causes)
     causes, fit = with_all_figures(acting, fit, causes, able)
+    stated = {key: figure.value for key, figure in vehicle.figures().items()}
+    problems = list(engine.problems)
+    row = size_of(problems[0], "row")
+    told_of = [c for c in causes[1:] if not may_be_nil(fit, c, stated, row)]
+    if len(told_of) < len(causes) - 1:
+        causes = [causes[0], *told_of]
+        fit, acting = _only(engine, found, fit, causes)
     for cause in causes:
         left = with_cut(left, acting, fit, cause)
     told("proof on held-out rows")
     fresh = [problem_of(one.log, vehicle) for one in holdouts]
     torqued = any(p.torqued for p in (*problems, *fresh))
     by_torque = torqued and leave_shaft(causes, acting.tracks)
-    stated = {key: figure.value for key, figure in vehicle.figures().items()}
     level = levels_of(causes, fit, stated)
     shrink, before, after = proof(
         acting, engine, fit, fresh, level, by_torque=by_torque
@@ -154,8 +161,6 @@ def diagnose(
         replace(g, findings=(*g.findings, *misread(fit, i))) for i, g in enumerate(gaps)
     )
     fit = descent.no_surer(acting, fit, {k for c in causes for k in c.keys})
-    problems = list(engine.problems)
-    row = size_of(problems[0], "row")
     pulls = map(abs, moved(fit, stated).values())
     farthest = max([moved_together(fit, stated), *pulls])
     if any(battery_of_another(g.findings) for g in gaps):

@@ -17,6 +17,7 @@ from rcc_sim.diagnose.compete import Explanation
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import Knob
+from rcc_sim.diagnose.problem import neutral_of
 from rcc_sim.diagnose.remainder import Remainder
 from rcc_sim.diagnose.screen import CLOSER, TICK
 from rcc_sim.diagnose.winner import shares_of
@@ -279,6 +280,19 @@ def estimates(
             out[name] = Estimate(value, value - TICK, value + TICK, 0.5 * TICK)
         out[name] = replace(out[name], stated=stated.get(key))
     return out
+
+
+def may_be_nil(fit: Fit, cause: Cause, stated: Mapping[str, float], row: float) -> bool:
+    """Tell whether all figures of a constant cause may be as if it were not there.
+
+    A delay of a fraction of a row may be gained by what another effect does a little
+    otherwise than its model: beside a stronger cause it is none.
+    """
+    if cause.profiles:
+        return False
+    found = estimates(fit, cause, stated, row)
+    neutral = {k.rpartition(".")[2]: neutral_of(k) for k in cause.keys}
+    return all(e.low <= neutral[name] <= e.high for name, e in found.items())
 
 
 def resolution(knob: Knob, value: float, row: float) -> float:
