@@ -124,7 +124,11 @@ def finished(
     time = columns["time_s"]
     channels = {n: v for n, v in columns.items() if n != "time_s"}
     if not channels:
-        raise InputError(f"{name}: a time column and no channel")
+        raise InputError(
+            f"{name}: a time column and no channel",
+            "a map names every column that is to be read; rccsim convert LOG "
+            "--suggest-map drafts one",
+        )
     if len(time) < 2:
         rows = "one row" if len(time) else "a header and no rows"
         raise InputError(f"{name}: {rows}: a log has at least two")
