@@ -56,6 +56,9 @@ FALLS, DOUBLED = 2.0, 40
 """Nats that a figure must lose, others held, before it is told by what it loses: as two
 standard deviations do; and times that the way there is doubled at most."""
 
+JUMPS = 9
+"""Steps by which it is known what is lost at any, where one loses more than it can."""
+
 LITTLE = 0.05
 """Nats that a step must promise to be tried, and gain for another."""
 
@@ -332,14 +335,28 @@ def wider_by(engine: Engine, fit: Fit, knob: Knob, sd: float) -> float:
         tried = engine.each(lambda v: engine.attempt(v, fit.knobs, fit.noise), at)
         each = [fit.score - f.score for f in tried if f is not None]
         lost.append(float(np.mean(each)) if each else 0.0)
-        tip = lost[:-1] if lost[0] >= FALLS else []
-        level, scatter = (np.mean(tip), np.ptp(tip)) if tip else (0.0, 0.0)
-        beyond = lost[-1] - level
-        if beyond >= FALLS + 2 * scatter and (tip or lost[0] < FALLS):
-            told = by / np.sqrt(2 * beyond) * np.sqrt(1 + scatter)
-            return max(float(told) / sd, 1.0)
+        beyond, scatter = beyond_tip(lost)
+        if beyond >= FALLS:
+            told = by * float(np.sqrt((1 + scatter) / (2 * beyond)))
+            return max(told / sd, 1.0)
         by *= 2
     return 1.0
+
+
+def beyond_tip(lost: Sequence[float]) -> tuple[float, float]:
+    """Return what the last of some losses is beyond a tip, and how those on it scatter.
+
+    Each is over twice the step of the one before. The first tells whether there is a
+    tip at all; a parabola that is steeper than its slopes say is none.
+    """
+    if lost[0] < FALLS or (len(lost) > 2 and lost[-1] > 2 ** len(lost) * lost[0]):
+        return lost[-1], 0.0
+    if len(lost) <= JUMPS:
+        return 0.0, 0.0
+    level = float(np.median(lost[:-2]))
+    scatter = 2 * float(np.median(np.abs(np.diff(lost[:-2]))))
+    clear = min(lost[-2:]) - level >= FALLS + 2 * scatter
+    return (lost[-1] - level if clear else 0.0), scatter
 
 
 def climbed(engine: Engine, now: Fit, knob: Knob, tried: Iterable[float] = ()) -> Fit:

@@ -172,7 +172,9 @@ def _promise(run: Experiment) -> str:
     each = [p.nats for p in run.expected_nats.pairs]
     if not each:
         left = percent(exp(-run.expected_nats.least))
-        return f"narrows the interval of {', '.join(run.separates)} to {left} of its width"
+        return (
+            f"narrows the interval of {', '.join(run.separates)} to {left} of its width"
+        )
     nats = f"{_expected(max(each))} nats"
     if len(each) > 1:
         nats = f"{_expected(min(each))} to {_expected(max(each))} nats a pair"
