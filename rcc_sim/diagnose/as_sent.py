@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 
 from rcc_sim.analyse.sampled import SAMPLE
+from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.cause import ENOUGH
 from rcc_sim.diagnose.compete import Explanation
 from rcc_sim.diagnose.engine import Engine
@@ -23,15 +24,20 @@ def as_sent(
     A command that runs straight from row to row leads one that holds by half a row; and
     so do flows that are samples such as are means since the row before. A motor or a
     steering that is late, or slow, may seem to hold it: where the vehicle as it is
-    stated likes it better so, all is explained once more, and the likelier explanation
-    stands. A cause fewer is worth what a cause must gain.
+    stated likes it better so, and does with what was found, all is explained once more,
+    and the likelier explanation stands. A cause fewer is worth what one must gain.
     """
     ways = list(zip(*(held(p.drive) for p in engine.problems), strict=False))
     others = engine.each(partial(driven_by, engine), ways)
     each = engine.each(likelihood, others)
     if not others or max(each) < likelihood(engine) + ENOUGH:
         return engine, found
-    best = others[int(np.argmax(each))]
+    which = int(np.argmax(each))
+    best, acting = others[which], found.engine
+    with_causes = driven_by(acting, [held(p.drive)[which] for p in acting.problems])
+    now = descent.fit(with_causes, found.fit.values, found.fit.knobs)
+    if now.score <= found.fit.score:
+        return engine, found
     again = explained(best)
     fewer = len(found.causes) - len(again.causes)
     if again.fit.score + ENOUGH * fewer <= found.fit.score:
