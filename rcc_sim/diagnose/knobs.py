@@ -210,24 +210,10 @@ def nuisance_knobs(problems: Sequence[Problem]) -> list[Knob]:
         knobs += bias_knobs(problem, i)
         if problem.drive.on_stand:
             knobs.append(Knob(own_key(i, WHEELS), 1.0, WHEELS_SD, low=LEAST))
-    return knobs + lateness_knobs(first)
-
-
-def lateness_knobs(problem: Problem) -> list[Knob]:
-    """How late motor and steering may be that no file calls late.
-
-    Commands that are logged as they are sent, and hold until the next, come half a row
-    late beside such as run straight from row to row: at 50 rows a second that is a
-    delay of the steering of 10 ms, by some hundred nats. Beyond a row it is one.
-    """
-    drive, row, has = problem.drive, problem.row, problem.vehicle.effects
-    knobs = []
-    if not drive.imposed and "motor_lag" not in has:
-        key, lag = "effects.motor_lag.time_constant_s", CURRENT_LOOP_LAG
+    if not first.drive.imposed and "motor_lag" not in first.vehicle.effects:
+        key = "effects.motor_lag.time_constant_s"
+        lag = CURRENT_LOOP_LAG
         knobs.append(Knob(key, 0.0, lag, low=0.0, high=1.0, step=lag / 3))
-    if drive.steered and not drive.held[1] and "steering_delay" not in has:
-        key, half = "effects.steering_delay.delay_s", 0.5 * row
-        knobs.append(Knob(key, 0.0, half, low=0.0, high=row, step=half / 3))
     return knobs
 
 

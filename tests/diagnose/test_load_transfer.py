@@ -76,7 +76,7 @@ def test_a_car_that_speeds_up_in_bends_leaves_nothing_unknown():
             logged[c] = logged[c] + (stiffer[c] - seen[c]) / 0.02 * share
     problem = problem_with(given, logged)
     engine = Engine([problem])
-    knobs = [k for k in nuisance_knobs([problem]) if "delay" not in k.key]
+    knobs = nuisance_knobs([problem])
     flat = [k for k in knobs if "load_transfer" not in k.key]
     assert len(flat) == len(knobs) - 1
     assert remainder(engine, descent.fit(engine, {}, flat)).is_real
