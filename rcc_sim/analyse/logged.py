@@ -115,8 +115,7 @@ def open_log(
     reading = replace(reading, trace=trace)
     trace = _without(trace, hide)
     if is_on_stand(trace):
-        kept = {c: x for c, x in trace.columns.items() if c not in MOVING}
-        trace = Trace(kept, name=trace.name)
+        trace = _without(trace, [c for c in MOVING if c in trace])
     trace, notes = one_clock(trace)
     checked = check_log(trace, vehicle)
     _refuse_time(checked.findings, trace.name)

@@ -28,13 +28,13 @@ def as_sent(
     and the likelier explanation stands. A cause fewer is worth what one must gain.
     """
     ways = list(zip(*(held(p.drive) for p in engine.problems), strict=False))
-    others = engine.each(partial(driven_by, engine), ways)
+    others = engine.each(partial(with_drives, engine), ways)
     each = engine.each(likelihood, others)
     if not others or max(each) < likelihood(engine) + ENOUGH:
         return engine, found
     which = int(np.argmax(each))
     best, acting = others[which], found.engine
-    with_causes = driven_by(acting, [held(p.drive)[which] for p in acting.problems])
+    with_causes = with_drives(acting, [held(p.drive)[which] for p in acting.problems])
     now = descent.fit(with_causes, found.fit.values, found.fit.knobs)
     if now.score <= found.fit.score:
         return engine, found
@@ -45,7 +45,7 @@ def as_sent(
     return best, again
 
 
-def driven_by(engine: Engine, drives: Sequence[Drive]) -> Engine:
+def with_drives(engine: Engine, drives: Sequence[Drive]) -> Engine:
     """Return the logs with other drives."""
     pairs = zip(engine.problems, drives, strict=True)
     return Engine([replace(p, drive=drive) for p, drive in pairs])

@@ -166,13 +166,14 @@ def fit_memory(z, means, memory, squares):
     m = len(memory)
     square_left(z, means, memory, squares)
     variance = robust_size(squares)
-    N, b, part = np.empty((m, m)), np.empty(m), np.empty(len(z))
+    N, b = np.empty((m, m)), np.empty(m)
+    weight, part = np.empty(len(z)), np.empty(len(z))
     for _ in range(SOLVED * (m > 0)):
         for i in range(len(z)):
-            squares[i] = (FREEDOM + 1.0) / (FREEDOM + squares[i] / variance)
+            weight[i] = (FREEDOM + 1.0) / (FREEDOM + squares[i] / variance)
         for j in range(m):
             for i in range(len(z)):
-                part[i] = squares[i] * means[j, i]
+                part[i] = weight[i] * means[j, i]
             b[j] = dot(part, z)
             for c in range(j + 1):
                 N[j, c] = dot(part, means[c])

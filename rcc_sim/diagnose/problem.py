@@ -183,7 +183,7 @@ class Problem:
         A voltage by the current that flowed, u_0 - R i, where both were measured: the
         model's own errs with the drive, and would make a resistance look smaller.
         """
-        out = self.predict(figures, coarse)
+        out = self.predict(figures, coarse) if figures or coarse else self.nominal
         left = {c: self.log[c] - out[c] for c in self.channels}
         if {VOLTAGE, CURRENT} <= left.keys():
             ohm = figures.get(RESISTANCE, self.stated(RESISTANCE))

@@ -37,6 +37,7 @@ from rcc_sim.diagnose.remainder import clearest, remainder, with_cut
 from rcc_sim.diagnose.sums import with_all_figures
 from rcc_sim.diagnose.switched import LOAD
 from rcc_sim.diagnose.ties import settled
+from rcc_sim.diagnose.tips import no_surer
 from rcc_sim.diagnose.verdict import (
     DOUBTLESS,
     Asserted,
@@ -160,7 +161,7 @@ def diagnose(
     gaps = tuple(
         replace(g, findings=(*g.findings, *misread(fit, i))) for i, g in enumerate(gaps)
     )
-    fit = descent.no_surer(acting, fit, {k for c in causes for k in c.keys})
+    fit = no_surer(acting, fit, {k for c in causes for k in c.keys})
     pulls = map(abs, moved(fit, stated).values())
     farthest = max([moved_together(fit, stated), *pulls])
     if any(battery_of_another(g.findings) for g in gaps):

@@ -15,6 +15,7 @@ from rcc_sim.diagnose.knobs import NEARBY, Knob, acts_of, nuisance_knobs
 from rcc_sim.diagnose.noise import Whitener
 from rcc_sim.diagnose.posed import problem_of
 from rcc_sim.diagnose.problem import Problem
+from rcc_sim.diagnose.tips import no_surer
 from rcc_sim.simulate.run import LaneChanges, simulate
 from rcc_sim.trace import Trace
 
@@ -98,7 +99,7 @@ def test_an_interval_is_no_narrower_than_the_likelihood_falls(jumps):
     fit = engine.evaluate({"x": x}, [Knob("x", x)], engine.noise)
     narrow = replace(fit, information=np.array([[1e8]]))
     wide = replace(fit, information=np.array([[1.0]]))
-    told = descent.no_surer(engine, narrow, {"x"})
+    told = no_surer(engine, narrow, {"x"})
     assert told.sd("x") == pytest.approx(1 / np.sqrt(0.8 * 400), rel=0.4)
-    assert descent.no_surer(engine, wide, {"x"}).sd("x") == pytest.approx(1.0)
-    assert descent.no_surer(engine, narrow, set()).sd("x") == pytest.approx(1e-4)
+    assert no_surer(engine, wide, {"x"}).sd("x") == pytest.approx(1.0)
+    assert no_surer(engine, narrow, set()).sd("x") == pytest.approx(1e-4)
