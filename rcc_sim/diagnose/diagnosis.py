@@ -141,6 +141,7 @@ class Diagnosis:
             ],
             "moved": self.moved,
             "moved_together": self.moved_together,
+            "foreseen": self.foreseen,
             "figures": {k: self._told(k, x) for k, x in self._moved().items()},
             "prices": self.prices and asdict(self.prices),
             "unexplained": unexplained,
@@ -177,6 +178,21 @@ class Diagnosis:
     def is_tied(self) -> bool:
         """Whether something else would do in the place of a cause."""
         return any(a.cause.tied for a in self.asserted)
+
+    @cached_property
+    def foreseen(self) -> dict[str, float]:
+        """Share of what is left in each channel that its own past foresees.
+
+        Of the log that is shown. A rough road, a filter in the sensor and something
+        that is missing are foreseen; noise of a sensor is not.
+        """
+        fit, tracks = self.fit, self.found.engine.tracks
+        each = zip(tracks, fit.noise, fit.residuals, strict=True)
+        return {
+            channel: white.foresees(left)
+            for (log, channel), white, left in each
+            if log == self.shown
+        }
 
     @property
     def unexplained(self) -> float:

@@ -130,6 +130,16 @@ class Whitener:
         found = np.concatenate(white), np.concatenate(rows), np.array(ends)
         return csc_array(found, shape=(self._count, windows.shape[1]))
 
+    def foresees(self, e: Array) -> float:
+        """Return the share of a residual (n,) that its own past foresees.
+
+        1 - |W e|² / |e / s|², W whitening it and s being the noise of each row; a
+        sensor's own noise has none.
+        """
+        white, plain = self(e), e[self.valid] / self._unit[self.valid]
+        power = float(plain @ plain)
+        return max(1 - float(white @ white) / power, 0.0) if power else 0.0
+
     @cached_property
     def _count(self) -> int:
         return int(np.count_nonzero(self.valid))

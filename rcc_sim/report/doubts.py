@@ -9,7 +9,7 @@ from rcc_sim.analyse.gap_replays import sd_of
 from rcc_sim.diagnose.diagnosis import Diagnosis
 from rcc_sim.diagnose.verdict import Asserted, battery_of_another
 from rcc_sim.report.text import figures, rounded, short
-from rcc_sim.report.verdict import OTHER, doubt_of, too_many
+from rcc_sim.report.verdict import OTHER, doubt_of, hangs_together, too_many
 
 SHOWN = 4
 """Figures that are told at most."""
@@ -49,6 +49,9 @@ def doubts(found: Diagnosis) -> Iterator[tuple[str, str]]:
     yield from misread_sensors(found)
     if not found.asserted:
         yield from sds_to_measure(found)
+    restless = hangs_together({"mode": found.gap.mode, "foreseen": found.foreseen})
+    if found.status == "no_gap" and restless:
+        yield "DOUBT", restless
 
 
 def is_a_drag_as_well(one: Asserted) -> bool:

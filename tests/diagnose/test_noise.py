@@ -82,3 +82,11 @@ def test_a_floor_lifts_what_lies_below_it_and_nothing_else(least):
     each = whitener.scale * whitener.sigma
     assert each[0] == pytest.approx(max(1e-7, least), rel=0.3)
     assert each[-1] == pytest.approx(max(0.2, least), rel=0.3)
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.5, 0.9])
+def test_of_noise_that_remembers_its_past_foresees_the_square_of_that(memory):
+    """An AR(1)'s innovation has 1 - memory² of its variance."""
+    e = autocorrelated(memory, np.random.default_rng(5))
+    whitener = fit_whitener(e, ALL, [], lag_edges(100.0, 3.0, ROWS))
+    assert whitener.foresees(e) == pytest.approx(memory**2, abs=0.03)

@@ -4,6 +4,7 @@ from math import inf
 from types import SimpleNamespace
 
 import numpy as np
+from scipy.signal import lfilter
 
 from rcc_sim.analyse.logged import Logged
 from rcc_sim.definitions.cycle import Cycle, parse_cycle
@@ -13,7 +14,7 @@ from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import Knob
 from rcc_sim.diagnose.pulls import moved, moved_together
 from rcc_sim.diagnose.run import diagnose
-from rcc_sim.report.doubts import moved_figures
+from rcc_sim.report.doubts import doubts, moved_figures
 from rcc_sim.report.verdict import verdict_of
 from rcc_sim.simulate.run import LaneChanges, simulate
 from rcc_sim.trace import Trace
@@ -66,6 +67,38 @@ def test_what_moved_far_is_doubtful_and_farther_another_vehicle_s():
     assert "body.mass_kg" not in says[0]
     assert says[1].endswith("measure it again, or state a larger sd.")
     assert "30 sds" in says[2] and says[2].endswith("was it this vehicle that drove?")
+
+
+def test_no_gap_is_doubtful_where_most_of_what_is_left_is_foreseen():
+    said = {"status": "no_gap", "mode": "commanded"}
+    left = {"speed_mps": 0.9, "motor_current_a": 0.69, "yaw_rate_radps": 0.1}
+    says = verdict_of(said | {"foreseen": left})
+    assert "69 % of what is left of motor_current_a is foreseen" in says
+    calm = left | {"motor_current_a": 0.3}
+    assert "foreseen" not in verdict_of(said | {"foreseen": calm})
+    imposed = {"status": "no_gap", "mode": "imposed", "foreseen": left}
+    assert "foreseen" not in verdict_of(imposed)
+
+
+def test_a_current_that_wanders_is_doubted_on_the_screen():
+    """A drag that comes and goes every half second, in a drive on a wandering floor."""
+    car = load_vehicle("rcc")
+    cycle = parse_cycle("udds[20:60]").time_s, parse_cycle("udds[20:60]").speed_mps / 10
+    rng = np.random.default_rng(3)
+    run = simulate(car, Cycle("drive", *cycle), lanes=LaneChanges(every=3.0)).trace
+    columns = ("time_s", "speed_mps", "speed_ref_mps", "steer_cmd_rad",
+               "yaw_rate_radps", "motor_current_a")  # fmt: skip
+    log = {c: run[c] for c in columns}
+    for column, size in (("speed_mps", 0.01), ("yaw_rate_radps", 0.02)):
+        log[column] = log[column] + size * rng.normal(size=len(run))
+    wander = lfilter([1.0], [1.0, -0.97], rng.normal(size=len(run)))
+    for noise, doubted in ((rng.normal(size=len(run)), False), (wander, True)):
+        current = run["motor_current_a"] + 0.2 * noise
+        logged = Trace(log | {"motor_current_a": current}, name="drive")
+        found = diagnose([Logged(logged, (), None)], car)
+        assert found.status == "no_gap"
+        told = [says for word, says in doubts(found) if word == "DOUBT"]
+        assert any("motor_current_a is foreseen" in x for x in told) == doubted
 
 
 def test_many_causes_at_once_ask_whose_log_it_is():
