@@ -13,8 +13,9 @@ from rcc_sim.analyse.charge import Charge, battery_energy
 from rcc_sim.analyse.gap_regimes import HELD, Scale, moving_mean, rows_in, stands
 from rcc_sim.analyse.gap_stages import torqued, untorqued
 from rcc_sim.analyse.heading import TURN_RATE, turn_rate
+from rcc_sim.analyse.offsets import noise_at_rest
 from rcc_sim.definitions.vehicle import Vehicle
-from rcc_sim.diagnose.shapes import LATERAL, TORQUE, Shape, shapes_of
+from rcc_sim.diagnose.shapes import CURRENT, LATERAL, TORQUE, VOLTAGE, Shape, shapes_of
 from rcc_sim.physics.effects import EFFECTS
 from rcc_sim.physics.step import SLIP_BLEND
 from rcc_sim.simulate.drive import Drive, integral_of, is_surveyed
@@ -39,9 +40,8 @@ CHANNELS = (
 )
 """Columns by which model and log are compared, where the log has them."""
 
-VOLTAGE, CURRENT = "battery_voltage_v", "battery_current_a"
 RESISTANCE = "effects.battery_resistance.resistance_ohm"
-"""A battery's terminals, and what lies between them."""
+"""What lies between a battery's terminals."""
 
 WHEELS, WHEELS_SD = "wheels", 0.5
 """Figure of a log whose wheels turn off the ground: their inertia, of what is usual;
@@ -62,6 +62,9 @@ whatever memory this leaves in the residuals the noise model takes up.
 
 SLOW = 20.0
 """Speed below which cornering is not judged, in times that at which slip blends."""
+
+STEADY = 1.0
+"""Time over which a current's noise is evened out. [s]"""
 
 MIN_ROWS = 30
 
@@ -114,7 +117,9 @@ class Problem:
         if self.drive.imposed and "speed_mps" in found:
             found.remove("speed_mps")
         if not self.knows_voltage and "battery_power_w" in found:
-            found = [c for c in found if c not in (CURRENT, VOLTAGE)]
+            told = CURRENT in found and self.charge is None and not self._resists
+            left_out = (CURRENT,) if told else (CURRENT, VOLTAGE)
+            found = [c for c in found if c not in left_out]
         elif CURRENT in found and "battery_power_w" in found:
             found.remove("battery_power_w")
         if "motor_current_a" in found and TORQUE in found:
@@ -185,10 +190,29 @@ class Problem:
         """
         out = self.predict(figures, coarse) if figures or coarse else self.nominal
         left = {c: self.log[c] - out[c] for c in self.channels}
-        if {VOLTAGE, CURRENT} <= left.keys():
+        if VOLTAGE in left and CURRENT in self.log:
             ohm = figures.get(RESISTANCE, self.stated(RESISTANCE))
-            left[VOLTAGE] = left[VOLTAGE] + ohm * np.nan_to_num(left[CURRENT])
+            beside = self.log[CURRENT] - out[CURRENT]
+            left[VOLTAGE] = left[VOLTAGE] + ohm * self._flowed(beside)
         return list(left.values())
+
+    def _flowed(self, beside: Array) -> Array:
+        """Return what flowed beside the model's current, given what its meter read so.
+
+        The meter's own noise, which no voltage knows, is left out: a resistance would
+        look smaller by it. What is slow is the model's error; of what is fast, as much
+        as the meter scatters at rest is noise.
+        """
+        slow = moving_mean(beside, rows_in(self.log["time_s"], STEADY))
+        return slow + (1 - self._metered) * np.nan_to_num(beside - slow)
+
+    @cached_property
+    def _metered(self) -> float:
+        """Share of what is fast in the current beside the model's that is noise."""
+        noise = noise_at_rest(self.log, CURRENT)
+        steps = np.abs(np.diff(self.log[CURRENT] - self.nominal[CURRENT]))
+        fast = float(np.nanmedian(steps)) * 1.4826 / 2**0.5 if len(steps) else 0.0
+        return min(noise / fast, 1.0) ** 2 if fast > 0 and isfinite(noise) else 0.0
 
     def stated(self, key: str) -> float:
         """Return what the vehicle file says of a figure, or what it is without."""
@@ -333,14 +357,24 @@ class Problem:
 
     @property
     def knows_voltage(self) -> bool:
-        """Whether the battery's voltage is known well enough to be judged by it.
+        """Whether the battery's voltage is known well enough to work with it.
 
         An open-circuit voltage that is stated with an sd follows a charge that the
-        model does not; power is then judged in place of voltage and current.
+        model does not; power is then judged in place of the current, and the voltage
+        beside its level and its fall with the charge.
         """
         battery = self.vehicle.battery
         stated = battery.open_circuit_voltage_v
         return stated is not None and stated.sd == 0.0
+
+    @property
+    def _resists(self) -> bool:
+        """Whether the file states what lies between the battery's terminals.
+
+        What a battery's voltage does beside it, as it recovers and warms, no model here
+        knows: where only a resistance could be found in it, one need not look.
+        """
+        return RESISTANCE in self.vehicle.figures()
 
     @property
     def torqued(self) -> bool:

@@ -31,7 +31,10 @@ TORQUE, ALTIMETER = "motor_torque_nm", "elevation_m"
 
 LATERAL = ("yaw_rate_radps", TURN_RATE, "accel_y_mps2")
 
-BEYOND_SHAFT = ("battery_voltage_v", "battery_current_a", "battery_power_w")
+VOLTAGE, CURRENT = "battery_voltage_v", "battery_current_a"
+"""A battery's terminals."""
+
+BEYOND_SHAFT = (VOLTAGE, CURRENT, "battery_power_w")
 """Columns of what lies between the battery and the motor's shaft."""
 
 BEND_SHARE = 0.5
@@ -51,6 +54,9 @@ CALMED = 5
 
 A_LITTLE = 0.01
 """Share by which a torque or a slope is changed to see what its gain does."""
+
+DISCHARGED = 0.1
+"""Share of an open-circuit voltage that the charge of a drive may take, one sd."""
 
 SCALE = ".scale"
 
@@ -75,6 +81,9 @@ def shapes_of(problem: Problem) -> dict[str, Shape]:
     """Return all that may be a little off in a log, by name."""
     off = {name: Shape(x, BEND_SHARE) for name, x in bends_of(problem).items()}
     off |= {name: Shape(x, OFF_THE_ROW) for name, x in late_of(problem).items()}
+    fallen = discharge_of(problem)
+    if fallen:
+        off["discharge"] = Shape(fallen, DISCHARGED)
     moved = load_transfer_of(problem)
     if moved:
         off["load_transfer"] = Shape(moved, height_of(problem.vehicle))
@@ -111,6 +120,22 @@ def bends_of(problem: Problem) -> dict[str, list[Array]]:
         "bend": [-x for x in drag],
         "bend_late": [np.convolve(x, late)[: len(x)] for x in drag],
     }
+
+
+def discharge_of(problem: Problem) -> list[Array]:
+    """What an open-circuit voltage that falls with the charge does to each channel.
+
+    Per share of it, at the largest charge that was taken (or given) since the start;
+    where a file states it with an sd.
+    """
+    if problem.knows_voltage or VOLTAGE not in problem.channels:
+        return []
+    time, current = problem.log["time_s"], np.nan_to_num(problem.log[CURRENT])
+    charge = np.cumsum(current * np.gradient(time))
+    stated = problem.vehicle.battery.open_circuit_voltage_v
+    level = stated.value if stated else 0.0
+    fall = level * charge / (np.abs(charge).max() or 1.0)
+    return [-fall * (c == VOLTAGE) for c in problem.channels]
 
 
 def load_transfer_of(problem: Problem) -> list[Array]:

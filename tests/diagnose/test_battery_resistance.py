@@ -3,11 +3,13 @@
 import numpy as np
 import pytest
 
+from rcc_sim.definitions.cycle import Cycle, parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.candidates import candidates_for
 from rcc_sim.diagnose.compete import compete
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.posed import problem_of
+from rcc_sim.simulate.run import LaneChanges, simulate
 from rcc_sim.trace import Trace
 
 RESISTANCE = 0.06  # Ω
@@ -41,3 +43,69 @@ def test_a_resistance_is_found_where_the_current_is_better_known_than_the_drive(
     assert cause.effect == "battery_resistance"
     value = found.fit.values["effects.battery_resistance.resistance_ohm"]
     assert value == pytest.approx(RESISTANCE, rel=0.03)
+
+
+def commanded(car, fall, noise):
+    """A scaled drive, and what its battery's meters say: V = V_oc(charge) - R I.
+
+    The terminals give the power that the model asks for; V solves V (V_oc - V) = R P.
+    """
+    rng = np.random.default_rng(11)
+    cycle = parse_cycle("us06[0:60]")
+    drive = Cycle("drive", cycle.time_s, 0.15 * cycle.speed_mps)
+    run = simulate(car, drive, lanes=LaneChanges(every=3.0)).trace
+    power, rows = run["battery_power_w"], len(run)
+    taken = np.cumsum(power) / np.cumsum(power).max()
+    ocv = car.battery.open_circuit_voltage_v.value * (1.01 - fall * taken)
+    volts = (ocv + np.sqrt(ocv**2 - 4 * RESISTANCE * power)) / 2
+    columns = ("time_s", "speed_ref_mps", "steer_cmd_rad")
+    log = {c: run[c] for c in columns}
+    sds = {"speed_mps": 0.005, "yaw_rate_radps": 0.01, "accel_x_mps2": 0.1}
+    log |= {c: run[c] + sd * rng.normal(size=rows) for c, sd in sds.items()}
+    meters = {"battery_voltage_v": volts, "battery_current_a": power / volts}
+    for (column, x), sd in zip(meters.items(), (0.005, noise), strict=True):
+        log[column] = x + sd * rng.normal(size=rows)
+    return Trace(log, name="drive")
+
+
+def told_by(car, log, effect="battery_resistance"):
+    """Value of the resistance, and half its 90 % interval, if it is named."""
+    problem = problem_of(log, car)
+    found = compete(Engine([problem]), candidates_for([problem], [effect]))
+    if not found.causes:
+        return None
+    key = "effects.battery_resistance.resistance_ohm"
+    sds = dict(zip((k.key for k in found.fit.knobs), found.fit.sds(), strict=True))
+    return found.fit.values[key], 1.645 * sds[key]
+
+
+@pytest.mark.parametrize("fall", [0.0, 0.02])
+def test_a_resistance_is_found_beside_a_voltage_that_is_not_known(fall):
+    """Neither its level nor how far it falls with the charge: as a real pack's."""
+    car = load_vehicle("rcc")
+    assert car.battery.open_circuit_voltage_v.sd > 0
+    value, half = told_by(car, commanded(car, fall, 0.01))
+    assert value == pytest.approx(RESISTANCE, abs=2 * half)
+    assert half < 0.15 * RESISTANCE
+
+
+def test_a_noisy_meter_of_the_current_makes_no_resistance_smaller():
+    """Its noise is as large as what is fast in the current: V is regressed on both."""
+    car = load_vehicle("rcc")
+    level = car.battery.open_circuit_voltage_v.value
+    known = car.changed(settings={"battery.open_circuit_voltage_v": 1.01 * level})
+    assert known.battery.open_circuit_voltage_v.sd == 0
+    value, half = told_by(known, commanded(car, 0.0, 0.15))
+    assert value == pytest.approx(RESISTANCE, abs=2 * half)
+    assert half < 0.1 * RESISTANCE
+
+
+def test_where_a_file_states_the_resistance_power_alone_is_judged():
+    car = load_vehicle("rcc")
+    log = commanded(car, 0.02, 0.01)
+    power = log["battery_voltage_v"] * log["battery_current_a"]
+    log = Trace(dict(log.columns) | {"battery_power_w": power})
+    assert "battery_voltage_v" in problem_of(log, car).channels
+    key = "effects.battery_resistance.resistance_ohm"
+    told = problem_of(log, car.changed(settings={key: RESISTANCE})).channels
+    assert "battery_voltage_v" not in told and "battery_power_w" in told
