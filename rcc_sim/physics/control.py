@@ -10,7 +10,11 @@ from rcc_sim.physics.effects.steering_lag import lagged
 from rcc_sim.physics.effects.steering_offset import offset_angle
 from rcc_sim.physics.effects.throttle_dead_zone import felt_throttle
 from rcc_sim.physics.effects.throttle_gain import given_force
-from rcc_sim.physics.powertrain import torque_envelope, voltage_limited_current
+from rcc_sim.physics.powertrain import (
+    motor_brakes,
+    torque_envelope,
+    voltage_limited_current,
+)
 from rcc_sim.physics.tables import bilinear
 from rcc_sim.physics.ticks import share_beyond
 
@@ -84,8 +88,8 @@ def driver(p, c, s, u, flow, F_resist):
 def split_force(p, c, flow, F, omega, tau_loss):
     """Motor torque [N m] and friction-brake force [N] for a wheel force F [N].
 
-    The motor gives what its envelope and the battery's voltage allow; below its
-    braking limit, friction brakes do the rest.
+    The motor gives what its envelope and the battery's voltage allow; what it may not
+    brake, friction brakes do.
     """
     wanted = F / c.n + tau_loss
     high = torque_envelope(p.motor.tau_max, p.motor.P_max, omega)
@@ -98,6 +102,7 @@ def split_force(p, c, flow, F, omega, tau_loss):
             high = reach
             flow.limited += p.control.T_loop
     low = max(c.tau_min, -torque_envelope(p.motor.tau_max, p.motor.P_max, omega))
+    low = max(low, motor_brakes(p, wanted, omega / c.n))
     if wanted > high:
         return high, 0.0
     if wanted < low:

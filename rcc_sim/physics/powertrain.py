@@ -3,6 +3,8 @@
 from math import inf
 
 from rcc_sim.jit import jit
+from rcc_sim.physics.effects.friction_brake import motor_share
+from rcc_sim.physics.effects.regeneration_fade import regenerated_share
 
 SQRT_3 = 1.7320508075688772
 
@@ -59,3 +61,12 @@ def dq_voltages(i_q, omega, *, R, L_q, poles, flux_linkage):
     """
     omega_e = poles / 2 * omega
     return -omega_e * L_q * i_q, R * i_q + omega_e * flux_linkage
+
+
+@jit
+def motor_brakes(p, tau, v):
+    """Torque [N m] that friction brakes leave to the motor of a demand at v [m/s]."""
+    if tau >= 0.0:
+        return tau
+    share = regenerated_share(v, p.regeneration_fade.fade_speed_mps)
+    return tau * share * motor_share(p.friction_brake.share)

@@ -19,7 +19,8 @@ from rcc_sim.physics.effects.steering_delay import delayed
 from rcc_sim.physics.effects.steering_lag import lagged
 from rcc_sim.physics.extra import EXTRA
 from rcc_sim.physics.follower import lane_curvature, pursuit_steer
-from rcc_sim.physics.params import FOLLOW, LOGGED, SPEED, THROTTLE
+from rcc_sim.physics.params import FOLLOW, LOGGED, SPEED, THROTTLE, TORQUE
+from rcc_sim.physics.powertrain import motor_brakes
 from rcc_sim.physics.step import (
     electrify,
     mapped_efficiency,
@@ -142,12 +143,18 @@ def obey_throttle(p, c, s, u, force, throttle, late_motor, k):
 
 
 @jit
-def brake_the_rest(c, u):
-    """Hand to friction brakes what the motor may not brake of a throttle's torque."""
+def brake_the_rest(p, c, u, v):
+    """Hand to friction brakes what the motor may not brake of a torque [N m].
+
+    Of a throttle's its limit too; a speed loop's own limit leaves the vehicle to coast.
+    """
     u.brake = 0.0
-    if u.tau < c.tau_min:
-        u.brake = (c.tau_min - u.tau) * c.n
-        u.tau = c.tau_min
+    low = motor_brakes(p, u.tau, v)
+    if p.control.mode == THROTTLE:
+        low = max(low, c.tau_min)
+    if u.tau < low:
+        u.brake = (low - u.tau) * c.n
+        u.tau = low
 
 
 @jit
@@ -157,8 +164,8 @@ def actuate(p, c, s, u, tau, steer):
     lag = p.motor_lag.time_constant_s
     u.tau = mean_force(s.tau, tau, c.force_share, lag, T)
     s.tau = lagged(s.tau, tau, c.force_share)
-    if p.control.mode == THROTTLE:
-        brake_the_rest(c, u)
+    if p.control.mode != TORQUE:  # there the driver has done so
+        brake_the_rest(p, c, u, s.v_x)
     u.delta = road_wheel_angle(p, c, s, steer)
     u.sin_delta = math.sin(u.delta)
     u.cos_delta = math.cos(u.delta)

@@ -19,7 +19,7 @@ COLUMNS = {
 }
 DIMENSIONLESS = {
     *("coefficient", "efficiency", "friction_coefficient", "gain", "scale", "slope"),
-    *("threshold", "proportional_scale", "integral_scale"),
+    *("threshold", "share", "proportional_scale", "integral_scale"),
 }
 
 

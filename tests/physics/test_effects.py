@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rcc_sim.definitions.cycle import Cycle
-from rcc_sim.physics import bicycle, control, run, slip, step
+from rcc_sim.physics import bicycle, control, powertrain, run, slip, step
 from rcc_sim.physics.effects import EFFECTS
 from rcc_sim.physics.params import SINKS
 from rcc_sim.simulate.run import LaneChanges, simulate
@@ -38,6 +38,8 @@ OFF_NEUTRAL = {
     "payload": {"mass_kg": 0.5},
     "reference_sampling": {"period_s": 0.2},
     "regeneration_limit": {"max_current_a": 1.0},
+    "regeneration_fade": {"fade_speed_mps": 1.5},
+    "friction_brake": {"share": 0.3},
     "road_grade": {"slope": 0.02},
     "rolling_resistance": {"coefficient": 0.04},
     "rotor_inertia": {"inertia_kgm2": 5e-6},
@@ -119,14 +121,14 @@ def test_an_effect_has_its_call_in_the_kernel(name):
     module = f"rcc_sim.physics.effects.{name}"
     kernel = [
         f.__code__
-        for m in (step, run, control, bicycle, slip)
+        for m in (step, run, control, powertrain, bicycle, slip)
         for f in vars(m).values()
         if inspect.isfunction(f) and f.__module__ == m.__name__
     ]
     used = {n for code in kernel for n in code.co_names}
     own = {
         f.__name__
-        for m in (step, run, control, bicycle, slip)
+        for m in (step, run, control, powertrain, bicycle, slip)
         for f in vars(m).values()
         if getattr(f, "__module__", "") == module
     }
@@ -146,7 +148,7 @@ def test_an_effect_says_all_that_a_user_needs(effect):
         assert low <= param.neutral <= high
         assert low <= param.typical[0] <= param.typical[1] <= high
         dimensionless = {"coefficient", "efficiency", "scale", "slope", "gain"}
-        dimensionless |= {"threshold"}
+        dimensionless |= {"threshold", "share"}
         named = param.name.rpartition("_")[2] if "_" in param.name else param.name
         assert unit_of(param.name) != "1" or named in dimensionless
 

@@ -1,0 +1,72 @@
+"""What friction brakes take beside the motor is found, and told from a lossy gear.
+
+The log is worked out here, by F = m a + drag and P = tau w, not by the model.
+"""
+
+import numpy as np
+import pytest
+
+from rcc_sim.analyse.logged import Logged
+from rcc_sim.diagnose.run import diagnose
+from rcc_sim.trace import Trace
+from rcc_sim.units import G
+from tests.cars import TRUCK, truck
+
+ROLL, AREA, AUX, RHO = 0.012, 1.1, 600.0, 1.225
+EFFECTS = {
+    "rolling_resistance": {"coefficient": {"value": ROLL, "sd": 0.0008}},
+    "aerodynamic_drag": {
+        "drag_area_m2": {"value": AREA, "sd": 0.06}, "air_density_kg_per_m3": RHO,
+    },
+    "auxiliary_load": {"power_w": {"value": AUX, "sd": 60.0}},
+}  # fmt: skip
+
+
+def log_of(kept, seed):
+    """A drive in town; ``kept`` is the motor's share of a braking at its speeds."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(0.0, 600.0, 0.1)
+    v = 9.0 + 6.0 * np.sin(t / 9.0) + 4.5 * np.sin(t / 23.0) - 2.0 * np.cos(t / 5.0)
+    v = np.where(v < 0.3, 0.0, v)
+    v = np.convolve(np.pad(v, 10, mode="edge"), np.ones(21) / 21, mode="valid")
+    a = np.gradient(v, t)
+    m, r, n = (TRUCK["body"]["mass_kg"], TRUCK["tyres"]["radius_m"],
+               TRUCK["drivetrain"]["gear_ratio"])  # fmt: skip
+    force = m * a + (v > 0) * m * G * ROLL + 0.5 * RHO * AREA * v**2
+    torque = force * r / n * (v > 0)
+    torque = np.where(torque < 0, kept(v) * torque, torque)
+    power = torque * v * n / r + AUX
+    columns = {
+        "time_s": t,
+        "speed_mps": v + 0.01 * rng.normal(size=len(t)),
+        "battery_power_w": power + 150.0 * rng.normal(size=len(t)),
+        "motor_torque_nm": torque + 1.0 * rng.normal(size=len(t)),
+    }
+    return Trace(columns, name="town")
+
+
+def named(log):
+    found = diagnose([Logged(log, (), None)], truck(EFFECTS))
+    return {a.cause.effect: next(iter(a.figures.values())) for a in found.asserted}
+
+
+@pytest.mark.parametrize("torqued", [True, False])
+def test_brakes_that_take_a_share_are_named_and_no_gear(torqued):
+    log = log_of(lambda v: 0.75 + 0 * v, 1)
+    if not torqued:
+        kept = {c: log[c] for c in log.columns if c != "motor_torque_nm"}
+        log = Trace(kept, name="town")
+    told = named(log)
+    assert list(told) == ["friction_brake"]
+    assert told["friction_brake"].value == pytest.approx(0.25, abs=0.015)
+
+
+def test_regeneration_that_fades_is_named_though_it_fades_otherwise():
+    """From 3 m/s on, and nil below 1.2: not at a third of where it begins."""
+    told = named(log_of(lambda v: np.clip((v - 1.2) / 1.8, 0, 1), 2))
+    assert list(told) == ["regeneration_fade"]
+    assert 2.5 < told["regeneration_fade"].value < 3.6
+
+
+def test_a_motor_that_does_all_braking_blames_no_brakes():
+    assert named(log_of(lambda v: 1.0 + 0 * v, 3)) == {}
