@@ -10,6 +10,7 @@ import numpy as np
 
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.problem import RECALLS, Problem
+from rcc_sim.diagnose.shapes import BEYOND_SHAFT
 from rcc_sim.errors import InputError, did_you_mean
 from rcc_sim.physics.effect import Effect, Param
 from rcc_sim.units import G, unit_of
@@ -88,6 +89,8 @@ class Search:
         Largest distance from neutral that is usual.
     likely : float
         The likeliest one: of what runs over decades the middle of them, else ``most``.
+    measured : bool
+        Whether the strength of the grid is a delay that the log itself shows.
     """
 
     key: str
@@ -102,6 +105,7 @@ class Search:
     least: float = 0.0
     most: float = inf
     likely: float = inf
+    measured: bool = False
 
     @property
     def clocked(self) -> bool:
@@ -278,6 +282,8 @@ def search_of(problem: Problem, effect: Effect, param: Param) -> Search:
         if param.acts == "rows":
             low = max(low, BLURRED * problem.drive.smear)
             grid = tuple(x for x in grid if x >= low) or (low,)
+    measured = param.acts == "rows" and of_battery(param) and problem.late > low
+    grid = (problem.late,) if measured else grid
     if param.acts == "slip" and problem.drive.imposed:
         high = stiffest(problem)
         low = min(low, high)
@@ -308,7 +314,15 @@ def search_of(problem: Problem, effect: Effect, param: Param) -> Search:
     likely = first if decades else most
     opposes = tuple(f"effects.{effect.id}.{name}" for name in param.sought.opposes)
     how = (param.acts, param.sought.same_as, opposes)
-    return Search(key, neutral, low, high, first, grid, *how, least, most, likely)
+    return Search(
+        key, neutral, low, high, first, grid, *how, least, most, likely, measured
+    )
+
+
+def of_battery(param: Param) -> bool:
+    """Tell whether a figure is of the battery's readings alone."""
+    sought = param.sought
+    return {*sought.columns} <= {*BEYOND_SHAFT} and bool(sought.columns)
 
 
 def stiffest(problem: Problem) -> float:

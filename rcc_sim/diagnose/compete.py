@@ -25,6 +25,7 @@ from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import BIAS, nuisance_knobs
 from rcc_sim.diagnose.leave_out import one_alone, without_idle, without_outdone
 from rcc_sim.diagnose.profile import overlap
+from rcc_sim.diagnose.read_late import read_late
 from rcc_sim.diagnose.refine import Refined, contenders
 from rcc_sim.diagnose.remainder import DRAG_OVER_TIME, Remainder, remainder
 from rcc_sim.diagnose.screen import Screened
@@ -104,6 +105,9 @@ def compete(
     outdone: set[str] = set()
     current = null
     close: list[Refined] = []
+    late = read_late(engine, null, candidates)
+    if late:
+        current, causes = late.fit, [cause_of(engine, late, late.fit.noise)]
     for turn in range(MOST_CAUSES):
         if turn >= SOME and (
             is_another(current) or outweighed(causes, remainder(engine, current))
@@ -153,6 +157,9 @@ def compete(
         causes = taken_in(causes, near_to(one, held, known))
         current = descent.fit(engine, best.fit.values, best.fit.knobs, best.fit.noise)
         causes, current = with_all_figures(engine, current, causes, candidates)
+    if late:
+        effect = late.screened.candidate.effect
+        ranking[effect] = max(ranking.get(effect, 0.0), late.gain)
     told("leaving out what is not needed")
     engine, causes, current = without_outdone(engine, causes, current)
     causes, current = without_idle(engine, causes, current)

@@ -15,6 +15,7 @@ from rcc_sim.analyse.gap_stages import torqued, untorqued
 from rcc_sim.analyse.heading import TURN_RATE, turn_rate
 from rcc_sim.analyse.offsets import noise_at_rest
 from rcc_sim.definitions.vehicle import Vehicle
+from rcc_sim.diagnose.lateness import lateness
 from rcc_sim.diagnose.shapes import CURRENT, LATERAL, TORQUE, VOLTAGE, Shape, shapes_of
 from rcc_sim.physics.effects import EFFECTS
 from rcc_sim.physics.step import SLIP_BLEND
@@ -223,6 +224,11 @@ class Problem:
     def shapes(self) -> dict[str, Shape]:
         """What may be a little off in the log without being a cause."""
         return shapes_of(self)
+
+    @cached_property
+    def late(self) -> float:
+        """Clear delay of the battery's readings beside an imposed drive, or 0. [s]"""
+        return lateness(self)
 
     def by_true_torque(self, gain: float) -> Problem:
         """Return the log with its measured torque, which reads so much too much."""

@@ -172,16 +172,26 @@ def late_of(problem: Problem) -> dict[str, list[Array]]:
     its accelerometers, are samples or means since the row before. Where a torque that
     was measured drives the model, it is on another clock than the battery's meter, and
     filtered otherwise: of a BMW's current 0.4 is by its row's torque, the rest by that
-    of the three about it. What that leaves in fast changes would be told as a gain.
+    of the three about it. What that leaves in fast changes would be told as a gain. If
+    its readings are clearly late, about where they are.
     """
     if problem.row < CLOSE or problem.charge is not None:
         return {}
     if problem.torqued:
-        each = [(c in BEYOND_SHAFT, problem.nominal[c]) for c in problem.channels]
-        return {
-            f"flows_{k:+d}": [np.nan_to_num(shifted(x, k) - x) * its for its, x in each]
+        time = problem.log["time_s"]
+        there = time - problem.late
+        each = [
+            (c in BEYOND_SHAFT, np.interp(there, time, problem.nominal[c]))
+            for c in problem.channels
+        ]
+        off = {
+            k: [np.nan_to_num(shifted(x, k) - x) * its for its, x in each]
             for k in NEIGHBOURS
         }
+        if problem.late:  # by how much is the delay's to tell
+            sums = {k: zip(off[k], off[-k], strict=True) for k in NEIGHBOURS if k > 0}
+            return {f"flows_{k}": [a + b for a, b in of] for k, of in sums.items()}
+        return {f"flows_{k:+d}": tracks for k, tracks in off.items()}
     if problem.drive.imposed:
         return {}
     # as measured: the model's own rates are wrong where a cause is missing

@@ -81,3 +81,39 @@ def test_means_since_the_row_before_are_no_delay():
     figure = cause["parameters"]["power_w"]
     assert figure["stated"] == stated
     assert figure["low"] < stated + 1200.0 < figure["high"]
+
+
+def torque_log(late_s: float, rate: float):
+    """A town drive with its torque, and a battery whose meter is late."""
+    cycle = parse_cycle("udds[0:400]")
+    t = np.arange(0.0, 400.0, 0.01)
+    even = np.ones(101) / 101
+    ends = np.pad(np.interp(t, cycle.time_s, cycle.speed_mps), 50, mode="edge")
+    speed = np.convolve(ends, even, "valid")
+    motion = Trace({"time_s": t, "speed_mps": speed}, name="fine")
+    exact = replay(CAR, drive_of(motion, CAR))
+    exact["speed_mps"] = speed
+    rng = np.random.default_rng(4)
+    rows = slice(None, None, round(100 / rate))
+    log = {"time_s": t[rows]}
+    for c, noise in (("speed_mps", 0.01), ("motor_torque_nm", 0.3),
+                     ("battery_power_w", 100.0)):  # fmt: skip
+        late = np.interp(t - late_s * (c == "battery_power_w"), t, exact[c])
+        log[c] = late[rows] + noise * rng.normal(size=len(t[rows]))
+    log["speed_mps"] = np.maximum(log["speed_mps"], 0.0)
+    return Trace(log, name="drive")
+
+
+@pytest.mark.parametrize("late_s, rate", [(0.35, 10.0), (0.35, 50.0), (0.0, 10.0)])
+def test_power_later_than_a_measured_torque_is_a_delay_and_no_load(late_s, rate):
+    """The noise model would remember what is late; what it says is told by its rows."""
+    log = torque_log(late_s, rate)
+    found = diagnose([Logged(log, (), None)], CAR).document()
+    if not late_s:
+        assert found["causes"] == []
+        return
+    (cause,) = found["causes"]
+    ((name, figure),) = cause["parameters"].items()
+    assert name == "battery_delay_s"
+    assert figure["value"] == pytest.approx(late_s, abs=0.02)
+    assert figure["low"] < late_s < figure["high"]

@@ -1,0 +1,64 @@
+"""By how much the battery's readings come late, as their course beside a drive says."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rcc_sim.analyse.gap_regimes import moving_mean, rows_in
+from rcc_sim.diagnose.shapes import BEYOND_SHAFT
+
+if TYPE_CHECKING:
+    from rcc_sim.diagnose.problem import Problem
+
+SLOW = 10.0
+"""Time over which what a channel does is left out: loads and hills. [s]"""
+
+MOST, STEP = 2.0, 0.01
+"""Longest delay, and least step from one that is tried to the next; a quarter of a row
+where that is more. [s]"""
+
+ROWS = 2.0
+"""Rows of delay that are no clear one: a mean since the row before, or two clocks."""
+
+CLEARLY = 0.7
+"""Share of what parts two courses that must stay at most for one to be late."""
+
+
+def lateness(problem: Problem) -> float:
+    """Delay [s] of the battery's readings beside an imposed drive; 0 if none is clear.
+
+    In such a drive nothing but their meter makes them late. The delay is that of
+    the least Σ (y(t) - x(t - d))², y being what was logged and x what the model
+    predicts, both without what is slow; a parabola through the three about it. What a
+    noise model that remembers takes for noise at any other delay, it shows at once.
+    """
+    compared = [c for c in problem.channels if c in BEYOND_SHAFT]
+    if not (compared and problem.drive.imposed) or problem.charge is not None:
+        return 0.0
+    channel = compared[-1]
+    time, row = problem.log["time_s"], problem.row
+    known = problem.judged[problem.channels.index(channel)]
+    rows = rows_in(time, SLOW)
+    logged = problem.log[channel] - moving_mean(problem.log[channel], rows)
+    model = np.nan_to_num(problem.nominal[channel])
+    model = model - moving_mean(model, rows)
+    delays = np.arange(0.0, MOST, max(row / 4, STEP))
+    known = known & (time - time[0] > MOST)
+    if not known.any() or len(delays) < 3:
+        return 0.0
+
+    def apart(delay: float) -> float:
+        there = np.interp(time[known] - delay, time, model)
+        return float(np.mean((logged[known] - there) ** 2))
+
+    left = np.array([apart(d) for d in delays])
+    k = int(np.clip(left.argmin(), 1, len(delays) - 2))
+    if left[k] > CLEARLY**2 * left[0]:
+        return 0.0
+    if delays[k] < ROWS * row:
+        return 0.0
+    bend = left[k - 1] - 2 * left[k] + left[k + 1]
+    aside = 0.5 * (left[k - 1] - left[k + 1]) / bend if bend > 0 else 0.0
+    return float(delays[k] + aside * (delays[1] - delays[0]))
