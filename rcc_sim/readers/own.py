@@ -21,7 +21,7 @@ from rcc_sim.units import SUFFIXES, unit_of
 NAME = "rccsim"
 SUMMARY = "CSV in rccsim's own columns (time_s and at least one channel)"
 
-UNITLESS = ("throttle", "slope", "steering", "duty_cycle")
+UNITLESS = ("throttle", "slope", "steering", "duty_cycle", "direction", "on_stand")
 """Own columns that carry no unit."""
 
 NO_UNIT = "its name has no unit, so it is none of rccsim's columns"

@@ -89,3 +89,39 @@ def test_what_a_car_that_stands_still_feels_is_left_out(tmp_path):
     np.savetxt(path, rows, delimiter=",", header=",".join(columns), comments="")
     kept = open_log(path, car(), on_stand=True).log
     assert set(kept.columns) == {"time_s", "speed_mps", "on_stand"}
+
+
+def test_what_the_wheels_alone_take_is_no_wrong_unit(tmp_path):
+    """Torque and power off the ground are a tenth of what the car's mass asks for."""
+    pick_up = load_vehicle("r1t")
+    t = np.arange(0.0, 120.0, 0.1)
+    v = 8.0 + 4.0 * np.sin(t / 3.0) + 2.0 * np.sin(t / 1.1)
+    m, r = 0.1 * pick_up.body.mass_kg.value, pick_up.tyres.radius_m.value
+    n = pick_up.drivetrain.gear_ratio.value / r
+    torque = m * np.gradient(v, t) / n + 2.0
+    power = torque * n * v + 500.0
+    path = tmp_path / "stand.csv"
+    table = np.column_stack([t, v, torque, power])
+    head = "time_s,speed_mps,motor_torque_nm,battery_power_w"
+    np.savetxt(path, table, delimiter=",", header=head, comments="", fmt="%.6g")
+
+    def blamed(**how):
+        findings = open_log(path, pick_up, **how).findings
+        return [f.what for f in findings if "mass times" in f.what]
+
+    assert blamed(on_stand=True) == []
+    try:
+        road = blamed()
+    except InputError as error:
+        road = [str(error)]
+    assert any("mass times" in what for what in road)
+
+
+def test_a_column_that_says_so_is_known(tmp_path):
+    path = tmp_path / "stand.csv"
+    t = np.arange(0.0, 20.0, 0.1)
+    table = np.column_stack([t, 3 + np.sin(t), np.ones_like(t), np.ones_like(t)])
+    head = "time_s,speed_mps,on_stand,direction"
+    np.savetxt(path, table, delimiter=",", header=head, comments="", fmt="%.6g")
+    findings = open_log(path, load_vehicle("r1t")).findings
+    assert not [f for f in findings if f.kind == "unknown"]

@@ -227,7 +227,8 @@ def _together(
     if twin:  # one reading, told twice
         del live["motor_speed_radps"]
     clocks = offsets(seconds, live)
-    windows = means(seconds, live)
+    stand = {c: columns[c] for c in ("on_stand",) if c in columns}
+    windows = means(seconds, live | stand)
     known = relations(windows, vehicle)
     findings = _in_step(blame(known, _timed(live), vehicle), clocks) + clocks
     if twin:

@@ -101,7 +101,7 @@ FOLLOWED = (
     *("speed_mps", "speed_ref_mps", "steer_cmd_rad", "yaw_rate_radps", "yaw_rad"),
     *("accel_x_mps2", "accel_y_mps2", "motor_speed_radps", "motor_current_a"),
     *("motor_torque_nm", "battery_current_a", "battery_voltage_v", "slope"),
-    *("battery_power_w", "aux_power_w", "x_m", "y_m", "distance_m"),
+    *("battery_power_w", "aux_power_w", "x_m", "y_m", "distance_m", "on_stand"),
 )
 
 

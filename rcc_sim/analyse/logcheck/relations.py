@@ -13,6 +13,7 @@ from rcc_sim.analyse.logcheck.finding import Array, Columns
 from rcc_sim.analyse.logcheck.relation import Means, Relation, slope
 from rcc_sim.analyse.logcheck.relations_of_power import (
     WORK,
+    off_the_ground,
     power_relations,
     resting_relations,
 )
@@ -184,7 +185,7 @@ def _drive(m: Means, vehicle: Vehicle | None) -> list[Relation | None]:
 
 def _torque(c: Columns, rate: Array, vehicle: Vehicle | None) -> list[Relation | None]:
     """Return what a motor's torque is of that which speeds the mass up."""
-    if vehicle is None or "motor_torque_nm" not in c:
+    if vehicle is None or "motor_torque_nm" not in c or off_the_ground(c):
         return []
     mass, radius = vehicle.body.mass_kg.value, vehicle.tyres.radius_m.value
     return [

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from rcc_sim.analyse.logcheck.finding import Array
@@ -98,7 +100,7 @@ def _stated(
             )
     kinetic = vehicle.body.mass_kg.value * inertial
     watts, power = _watts(c)
-    if power is not None:
+    if power is not None and not off_the_ground(c):
         out.append(
             slope(
                 "battery power against mass times speed times its change",
@@ -110,6 +112,11 @@ def _stated(
             )
         )
     return out
+
+
+def off_the_ground(c: Mapping[str, Array]) -> bool:
+    """Tell whether wheels turned off the ground, where the mass says nothing."""
+    return bool(np.any(c.get("on_stand", np.zeros(1)) == 1))
 
 
 def resting_relations(m: Means, vehicle: Vehicle | None) -> list[Relation | None]:
