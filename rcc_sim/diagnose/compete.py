@@ -27,7 +27,7 @@ from rcc_sim.diagnose.leave_out import one_alone, without_idle, without_outdone
 from rcc_sim.diagnose.profile import overlap
 from rcc_sim.diagnose.read_late import read_late
 from rcc_sim.diagnose.refine import Refined, contenders
-from rcc_sim.diagnose.remainder import DRAG_OVER_TIME, Remainder, remainder
+from rcc_sim.diagnose.remainder import OVER_TIME, Remainder, remainder
 from rcc_sim.diagnose.screen import Screened
 from rcc_sim.diagnose.starts import pulled, screened
 from rcc_sim.diagnose.sums import with_all_figures
@@ -305,21 +305,21 @@ def stands_out(varying: Cause, left: Remainder) -> bool:
     if varying.weighed:
         if not left.is_real:
             return True
-        others = (r for r in left.rivals if (r.acts_as, r.follows) != DRAG_OVER_TIME)
+        others = (r for r in left.rivals if (r.acts_as, r.follows) not in OVER_TIME)
         left = replace(left, rivals=tuple(others))
     unknown = left.against(varying.effect, varying.shares)
     return varying.gain > UNLIKE[varying.effect] * unknown
 
 
 def beside_a_drag(varying: Cause, left: Remainder) -> Cause:
-    """Return a hill with the nats of the drag over time that would be in its place.
+    """Return a hill with the nats of the drag, or wind, over time in its place.
 
     By motion and power alone the two differ in what they run along. Of nine drives over
     hills, two measured ones among them, the hill is 13 nats likelier in the closest.
     """
     if varying.effect != "road_grade":
         return varying
-    drags = (r for r in left.rivals if (r.acts_as, r.follows) == DRAG_OVER_TIME)
+    drags = (r for r in left.rivals if (r.acts_as, r.follows) in OVER_TIME)
     nats = max((r.evidence for r in drags), default=0.0)
     return replace(varying, rival=max(varying.rival, nats))
 

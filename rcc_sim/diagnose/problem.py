@@ -117,12 +117,12 @@ class Problem:
         ]
         if self.drive.imposed and "speed_mps" in found:
             found.remove("speed_mps")
-        if not self.knows_voltage and "battery_power_w" in found:
-            told = CURRENT in found and self.charge is None and not self._resists
-            left_out = (CURRENT,) if told else (CURRENT, VOLTAGE)
-            found = [c for c in found if c not in left_out]
-        elif CURRENT in found and "battery_power_w" in found:
-            found.remove("battery_power_w")
+        known, power = self.knows_voltage, "battery_power_w" in found
+        alone = CURRENT not in found or self.charge is not None
+        if not known and (alone or (power and self._resists)):
+            found = [c for c in found if c != VOLTAGE]
+        if power and CURRENT in found:
+            found.remove("battery_power_w" if known else CURRENT)
         if "motor_current_a" in found and TORQUE in found:
             found.remove(TORQUE)
         if not self.drive.steered:
@@ -367,7 +367,7 @@ class Problem:
 
         An open-circuit voltage that is stated with an sd follows a charge that the
         model does not; power is then judged in place of the current, and the voltage
-        beside its level and its fall with the charge.
+        beside its level and its fall with the charge, by the current that flowed.
         """
         battery = self.vehicle.battery
         stated = battery.open_circuit_voltage_v

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rcc_sim.diagnose.candidates import has_needs
 from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.engine import MEMORY, Engine
 from rcc_sim.diagnose.fit import Fit
@@ -19,6 +20,7 @@ from rcc_sim.diagnose.probe import Probe, probe_size
 from rcc_sim.diagnose.problem import SINCE_BRAKING, SINCE_STANDING
 from rcc_sim.diagnose.profile import Profile, overlap
 from rcc_sim.diagnose.shapes import LATERAL, STIFFNESS
+from rcc_sim.physics.effects import EFFECTS
 
 Array = NDArray[np.float64]
 
@@ -45,10 +47,11 @@ CARRIERS = {
     "power": ("effects.auxiliary_load.power_w",),
     "steer": ("effects.steering_offset.angle_rad",),
     "grip": (STIFFNESS[0],),
+    "wind": ("effects.headwind.speed_mps",),
 }
 """How something unknown may act: as a drag, a power, an angle of the wheels, a grip
-that changes; and the figure by which the model is made to do so (the second, where a
-file states it)."""
+that changes, a wind; and the figure by which the model is made to do so (the second,
+where a file states it)."""
 
 CORNERING = ("steer", "grip")
 """Those of them that show in cornering alone."""
@@ -56,8 +59,8 @@ CORNERING = ("steer", "grip")
 ITSELF = {"auxiliary_load": "power"}
 """Effect -> the way of acting that is its own."""
 
-DRAG_OVER_TIME = ("drag", "time_s")
-"""How a rough road acts, and what it follows."""
+OVER_TIME = (("drag", "time_s"), ("wind", "time_s"))
+"""How a rough road acts, or a wind that blows in gusts, and what they follow."""
 
 FEED = "feed"
 """How what a load would have to be below nil acts."""
@@ -77,6 +80,12 @@ MODELLED = ("speed_mps", *AFTER)
 
 GRIPS = {"time_s": (40, 120), "speed_mps": (16,), STEERING: (16,)}
 """What a grip may follow: a patch is short, and no noise of cornering is slow."""
+
+ALONG: dict[str, dict[str, tuple[int, ...]]] = {
+    "grip": GRIPS,
+    "wind": {"time_s": (20, 60, 120)},
+}
+"""What these may follow, where that is not ``FOLLOWS``."""
 
 CHANGES = {
     "time_s": (4, 8, 16), STEERING: (8, 16),
@@ -163,7 +172,7 @@ class Remainder:
         """Nats that chance, or the model, may leave."""
         if self.acts_as in CORNERING:
             chance = LATERAL_ENOUGH
-        elif (self.acts_as, self.follows) == DRAG_OVER_TIME:
+        elif (self.acts_as, self.follows) in OVER_TIME:
             chance = ROUGH_ENOUGH
         else:
             chance = AFTER_ENOUGH if self.follows in AFTER else UNKNOWN_ENOUGH
@@ -186,9 +195,11 @@ def remainder(
     come and go.
     """
     steered = all(p.drive.steered for p in engine.problems)
+    windy = all(p.drive.imposed for p in engine.problems)
+    windy &= has_needs(engine.problems[0].vehicle, EFFECTS["headwind"])
     forms: list[Callable[[], list[Remainder]]] = []
     for name in CARRIERS:
-        if name in CORNERING and not steered:
+        if (name in CORNERING and not steered) or (name == "wind" and not windy):
             continue
         key = carrier_of(engine, fit, name)
         forms.append(partial(acting_as, engine, fit, name, key))
@@ -250,7 +261,7 @@ def carrier_of(engine: Engine, fit: Fit, name: str) -> str:
 def acting_as(engine: Engine, fit: Fit, name: str, key: str) -> list[Remainder]:
     """Return the likeliest form of a way of acting, as one figure does."""
     probe = Probe(engine, fit, key, probe_size(engine, key))
-    return [likeliest_of(probe, name, GRIPS if name == "grip" else FOLLOWS)]
+    return [likeliest_of(probe, name, ALONG.get(name, FOLLOWS))]
 
 
 def changing(engine: Engine, fit: Fit, name: str, knob: Knob) -> list[Remainder]:

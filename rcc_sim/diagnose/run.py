@@ -32,6 +32,7 @@ from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.hold_out import leave_shaft, proof
 from rcc_sim.diagnose.misread import misread
 from rcc_sim.diagnose.posed import problem_of
+from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.pulls import moved, moved_together
 from rcc_sim.diagnose.remainder import clearest, remainder, with_cut
 from rcc_sim.diagnose.sums import with_all_figures
@@ -103,6 +104,7 @@ def diagnose(
     with beside(partial(gap, one, vehicle, repeats=repeats) for one in logs) as where:
         offsets = tuple(c for name in withheld for c in OFFSETS.get(name, ()))
         problems = [problem_of(one.log, vehicle) for one in logs]
+        refuse_silent(problems)
         if offsets:
             problems = [replace(p, unzeroed=offsets) for p in problems]
         engine = Engine(problems)
@@ -247,6 +249,17 @@ def refuse_short(log: Trace) -> None:
             f"{log.name}: lasts {lasts:.3g} s: too short to tell a cause from noise",
             f"noise may remember {MEMORY:g} s; {SHORTEST:g} s of driving at least",
         )
+
+
+def refuse_silent(problems: Sequence[Problem]) -> None:
+    """Raise if a log holds no channel by which the model can be judged."""
+    for problem in problems:
+        if not problem.channels:
+            raise InputError(
+                f"{problem.log.name}: has no channel by which the model can be judged",
+                "a battery's voltage alone says nothing where the open-circuit voltage "
+                "is stated with an sd, or not: log current or power as well",
+            )
 
 
 def levels_of(

@@ -21,7 +21,7 @@ OTHERWISE = "another car, load or road, or the way back (--back)? Diagnose it al
 """What may be with a log whose gap grows by what mends the others."""
 
 AS_A_DRAG = (
-    "a drag that changes with time would do about as well as the slope: an "
+    "a drag or a wind that changes with time would do about as well as the slope: an "
     "accelerometer in the log, or the way back (--back), tells them apart"
 )
 """What may be in place of a hill."""

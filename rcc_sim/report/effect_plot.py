@@ -47,6 +47,7 @@ SMALL: dict[str, dict[str, float]] = {
     "battery_resistance": {"resistance_ohm": 0.05},
     "cg_shift": {"shift_m": 0.03},
     "drivetrain_friction": {"torque_nm": 0.002},
+    "friction_brake": {"share": 0.4},
     "iron_loss": {"hysteresis_torque_nm": 0.001, "eddy_nms_per_rad": 1e-6},
     "payload": {"mass_kg": 0.5},
     "reference_sampling": {"period_s": 0.1},
@@ -57,6 +58,11 @@ SMALL: dict[str, dict[str, float]] = {
     "tyre_relaxation": {"length_m": 0.1},
 }
 """Values that suit the reference car where the typical range is that of larger ones."""
+
+HELD_BY = dict.fromkeys(
+    ("friction_brake", "regeneration_fade"), ("regeneration_limit",)
+)
+"""Effect -> what keeps it from acting in the reference car: no motor brakes there."""
 
 SEEN = 1e-3
 """Share of its own range by which a channel must move to be drawn. [1]"""
@@ -107,7 +113,8 @@ def reference_cars(
     files = (name,) if name.endswith(".py") else ()
     whole = car.changed(effects=here, files=files)
     values = _values(whole, effect)
-    gone = [n for n in (*effect.excludes, effect.id) if n in whole.effects]
+    held = (*effect.excludes, effect.id, *HELD_BY.get(effect.id, ()))
+    gone = [n for n in held if n in whole.effects]
     bare = whole.changed(without=tuple(gone))
     return values, bare, bare.changed(effects={effect.id: values})
 

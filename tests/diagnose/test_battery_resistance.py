@@ -3,12 +3,15 @@
 import numpy as np
 import pytest
 
+from rcc_sim.analyse.logged import Logged
 from rcc_sim.definitions.cycle import Cycle, parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.candidates import candidates_for
 from rcc_sim.diagnose.compete import compete
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.posed import problem_of
+from rcc_sim.diagnose.run import diagnose
+from rcc_sim.errors import InputError
 from rcc_sim.simulate.run import LaneChanges, simulate
 from rcc_sim.trace import Trace
 
@@ -109,3 +112,17 @@ def test_where_a_file_states_the_resistance_power_alone_is_judged():
     key = "effects.battery_resistance.resistance_ohm"
     told = problem_of(log, car.changed(settings={key: RESISTANCE})).channels
     assert "battery_voltage_v" not in told and "battery_power_w" in told
+
+
+def test_a_voltage_alone_says_nothing_where_what_it_would_be_at_rest_is_not_known():
+    """A pack that discharges looked like a heater."""
+    twizy = load_vehicle("twizy")
+    level = {"value": 57.0, "sd": 1.0}
+    car = twizy.changed(settings={"battery.open_circuit_voltage_v": level})
+    t = np.arange(0.0, 300.0, 0.1)
+    v = np.clip(7 + 5 * np.sin(t / 7) + 3 * np.sin(t / 2.3), 0.0, None)
+    volts = 57.0 - 0.004 * t + 0.02 * np.random.default_rng(1).normal(size=len(t))
+    log = Trace({"time_s": t, "speed_mps": v, "battery_voltage_v": volts}, name="log")
+    assert problem_of(log, car).channels == ()
+    with pytest.raises(InputError, match="no channel by which"):
+        diagnose([Logged(log, (), None)], car)
