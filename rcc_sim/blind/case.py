@@ -109,13 +109,17 @@ def make_case(
     rng: np.random.Generator,
     families: Sequence[str],
     base: Base | None = None,
+    asked: Sequence[str] = (),
 ) -> Case:
-    """Draw one case of a kind: ``single``, ``pair``, ``null`` or ``unknown``."""
+    """Draw one case of a kind: ``single``, ``pair``, ``null`` or ``unknown``.
+
+    If effects are ``asked`` for, one of them acts; in a pair, beside any other.
+    """
     while True:
         family = base.family if base else str(rng.choice(list(families)))
         try:
             setting = _setting(family, kind, rng, base)
-            effects, nats = _effects(setting, kind, rng)
+            effects, nats = _effects(setting, kind, rng, asked)
             return _recorded(name, kind, setting, effects, nats, rng)
         except Unfit:
             continue
@@ -184,7 +188,7 @@ def _read(rows: Array, family: str, effects: Sequence[Withheld]) -> Array:
 
 
 def _effects(
-    at: Setting, kind: str, rng: np.random.Generator
+    at: Setting, kind: str, rng: np.random.Generator, asked: Sequence[str] = ()
 ) -> tuple[list[Withheld], dict[str, float]]:
     """Draw what acts, strong enough to be seen; and what it is worth. [nats]"""
     family = at.car.family
@@ -196,7 +200,7 @@ def _effects(
         at.car, at.p, float(most.max()), float(max(-most.min(), 0.0) * at.p.K_t)
     )
     lossy = at.car.loss > 0
-    pool = UNKNOWNS if kind == "unknown" else draws(family, lossy)
+    pool = UNKNOWNS if kind == "unknown" else draws(family, lossy, asked)
     names = [n for n in pool if not (n == "road_grade" and at.surveyed)]
     weights = np.array([OFTEN.get(n, 1.0) for n in names])
     weights /= weights.sum()
@@ -206,6 +210,8 @@ def _effects(
         if any(len(tied & set(chosen)) > 1 for tied in TOGETHER_NOT):
             continue
         if len({"cg_shift", "payload", "wheel_radius"} & set(chosen)) > 1:
+            continue
+        if asked and kind != "unknown" and not set(asked) & set(chosen):
             continue
         effects = [pool[n](scene, rng) for n in chosen]
         nats = _worth(at, level, effects)

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from rcc_sim.blind.bases import Base
 from rcc_sim.blind.case import make_case
 from rcc_sim.blind.seal import Seal, write_seal
+from rcc_sim.blind.strengths import draws
 from rcc_sim.errors import InputError
 
 KINDS = {"single": 0.5, "pair": 0.15, "null": 0.2, "unknown": 0.15}
@@ -39,6 +40,7 @@ def make(
     kinds: Sequence[str] = tuple(KINDS),
     families: Sequence[str] = FAMILIES,
     base: Base | None = None,
+    effects: Sequence[str] = (),
     labels: Path | None = None,
     jobs: int = 1,
     done: Callable[[int], None] | None = None,
@@ -46,15 +48,17 @@ def make(
     """Write cases to ``out`` and their labels beside it; return the seal.
 
     Case k depends on the seed and k alone, so that more cases or more jobs leave
-    those before as they are. ``done`` is told how many are made.
+    those before as they are. If ``effects`` are asked for, one of them acts in each
+    single and pair. ``done`` is told how many are made.
 
     Raises
     ------
     InputError
-        If ``out`` holds something already, or a kind or family is unknown.
+        If ``out`` holds something already, or a kind, family or effect is unknown.
     """
     require_known("--kinds", kinds, KINDS)
     require_known("--family", families, FAMILIES)
+    families = acted_on(families, base, effects)
     if cases < 1:
         raise InputError(f"--cases: should be at least 1: {cases}")
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
@@ -66,8 +70,10 @@ def make(
         raise InputError(f"{labels}: is there already", "it may be another seal's key")
     out.parent.mkdir(parents=True, exist_ok=True)
     labels.parent.mkdir(parents=True, exist_ok=True)
-    order = [(k, seed, tuple(kinds), tuple(families), base) for k in range(cases)]
+    how = (seed, tuple(kinds), tuple(families), base, tuple(effects))
+    order = [(k, *how) for k in range(cases)]
     made_by = {"seed": seed, "kinds": list(kinds), "families": list(families)}
+    made_by |= {"effects": list(effects)} if effects else {}
     part = Path(tempfile.mkdtemp(prefix=f".{out.name}.", dir=out.parent))
     try:  # the folder appears whole or not at all
         truth = {}
@@ -88,6 +94,27 @@ def make(
     finally:
         shutil.rmtree(part, ignore_errors=True)
     return seal
+
+
+def acted_on(
+    families: Sequence[str], base: Base | None, effects: Sequence[str]
+) -> list[str]:
+    """Return the families in which one of some effects may act; all, if none is asked.
+
+    Raises
+    ------
+    InputError
+        Naming an effect that may act in none of them.
+    """
+    if not effects:
+        return list(families)
+    lossy = base is not None and base.loss > 0
+    families = [base.family] if base else families
+    may = {family: draws(family, lossy, effects) for family in families}
+    require_known(
+        "--effects", effects, sorted({n for pool in may.values() for n in pool})
+    )
+    return [family for family in families if {*effects} & {*may[family]}]
 
 
 def require_known(
@@ -123,12 +150,12 @@ def _made(order: list[tuple[Any, ...]], jobs: int) -> Iterator[Made]:
 
 def _one(order: tuple[Any, ...]) -> Made:
     """Make one case; alone in its process, and from the seed and its number alone."""
-    k, seed, kinds, families, base = order
+    k, seed, kinds, families, base, effects = order
     rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(k,)))
     shares = np.array([KINDS[kind] for kind in kinds])
     kind = str(rng.choice(list(kinds), p=shares / shares.sum()))
     name = f"c{k:04d}"
-    case = make_case(name, kind, rng, families, base)
+    case = make_case(name, kind, rng, families, base, effects)
     logs = {part: packed(columns) for part, columns in case.logs.items()}
     return name, case.vehicle, logs, case.label
 

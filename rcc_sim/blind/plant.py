@@ -70,6 +70,8 @@ class Truth(NamedTuple):
     u_0: float = 12.0
     R_i: float = 0.0
     regen: float = inf  # most braking torque of the motor [N m]
+    brake_share: float = 0.0  # of all braking, what friction brakes take
+    fade: float = 0.0  # speed below which they take over [m/s]
     i_limit: float = inf
     dead_zone: float = 0.0
     hold: float = CLOCK

@@ -30,6 +30,18 @@ def speed_command(p, held, w, integral, T):
 
 
 @jit
+def motor_part(p, tau, v):
+    """Torque [N m] that is left to the motor: brakes take over along an S-curve."""
+    if tau >= 0.0:
+        return tau
+    part = 1.0 - p.brake_share
+    if v < p.fade:
+        x = max(1.5 * v / p.fade - 0.5, 0.0)
+        part *= x * x * (3.0 - 2.0 * x)
+    return part * tau
+
+
+@jit
 def drive_command(p, m, ref, ref_next, w, integral):
     """Current [A] and brake force [N] of a driver who follows a speed, each clock."""
     v = w / p.n
@@ -45,6 +57,7 @@ def drive_command(p, m, ref, ref_next, w, integral):
     tau = F / p.n
     high = min(p.tau_max, p.i_limit * p.K_t)
     low = -min(p.regen, p.tau_max)
+    low = max(low, motor_part(p, tau, v))
     brake = 0.0
     if tau < low:
         brake = (low - tau) * p.n

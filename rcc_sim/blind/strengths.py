@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
 from math import inf
 from typing import Any
@@ -301,15 +301,34 @@ ONLY = {
     },
 }  # fmt: skip
 
+ASKED: dict[str, dict[str, Draw]] = {
+    "rc": {},
+    "ev": {
+        "friction_brake": _plain(
+            "friction_brake", "share", "brake_share",
+            lambda s, rng: rng.uniform(0.1, 0.45), 0.0,
+        ),
+        "regeneration_fade": _plain(
+            "regeneration_fade", "fade_speed_mps", "fade",
+            lambda s, rng: rng.uniform(2.0, 6.0), 0.0,
+        ),
+    },
+}  # fmt: skip
+"""Effects that are drawn only where they are asked for: they are younger than the seeds
+of which results are stated."""
 
 TERMS = ("copper_loss", "iron_loss")
 """Losses that an efficiency as a whole stands for."""
 
 
-def draws(family: str, lossy: bool = False) -> dict[str, Draw]:
+def draws(
+    family: str, lossy: bool = False, asked: Collection[str] = ()
+) -> dict[str, Draw]:
     """Return the effects that may act in a family's logs, by id.
 
-    A car of which the efficiency is known has no single losses beside it.
+    A car of which the efficiency is known has no single losses beside it. Those of
+    ``ASKED`` are among them where they are asked for.
     """
-    found = {**BOTH, **ONLY[family]}
+    younger = {k: v for k, v in ASKED[family].items() if k in asked}
+    found = {**BOTH, **ONLY[family], **younger}
     return {k: v for k, v in found.items() if not (lossy and k in TERMS)}

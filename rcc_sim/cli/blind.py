@@ -53,6 +53,13 @@ def make(
     vehicle: Annotated[
         str | None, typer.Option(help="Draw around this vehicle instead.")
     ] = None,
+    effects: Annotated[
+        str,
+        typer.Option(
+            help="One of these acts in each single and pair; by commas. friction_brake "
+            "and regeneration_fade are drawn only so.",
+        ),
+    ] = "",
     labels: Annotated[
         Path | None, typer.Option(help="Default: OUT.labels.json.", metavar="F")
     ] = None,
@@ -71,6 +78,7 @@ def make(
         kinds=kinds.split(","),
         families=family.split(","),
         base=base_of(vehicle) if vehicle else None,
+        effects=effects.split(",") if effects else (),
         labels=labels,
         jobs=jobs,
         done=counter(cases),
