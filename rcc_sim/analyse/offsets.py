@@ -88,6 +88,11 @@ def calm_noise(x: Array) -> float:
     return float(np.quantile(sizes, 0.1) / np.sqrt(2))
 
 
+def noise_of(steps: Array) -> float:
+    """Return the noise of which some steps from row to row are, by their median."""
+    return 1.4826 * float(np.nanmedian(np.abs(steps))) / 2**0.5
+
+
 def noise_at_rest(log: Trace, column: str) -> float:
     """Return a meter's noise while the car stands; infinite if it hardly ever does.
 
@@ -102,6 +107,6 @@ def noise_at_rest(log: Trace, column: str) -> float:
     steps = steps[still[1:] & still[:-1] & np.isfinite(steps)]
     if len(steps) < FEWEST_STILL:
         return inf
-    noise = 1.4826 * float(np.median(steps)) / 2**0.5
+    noise = noise_of(steps)
     moved = steps[steps > 0]
     return max(noise, float(moved.min()) / 3) if len(moved) else noise

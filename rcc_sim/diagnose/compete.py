@@ -299,15 +299,17 @@ def outweighed(causes: Sequence[Cause], left: Remainder) -> bool:
 def stands_out(varying: Cause, left: Remainder) -> bool:
     """Tell whether nothing unknown is as likely as a profile, by the same noise.
 
-    One that was weighed beside the noise may not show by it; nothing else may be real
+    A wind in gusts, which as many knots may bend, leaves it less sure and no more. One
+    that was weighed beside the noise may not show by it; nothing else may be real
     then, but for a drag over time, against which it was weighed likewise.
     """
-    if varying.weighed:
-        if not left.is_real:
-            return True
-        others = (r for r in left.rivals if (r.acts_as, r.follows) not in OVER_TIME)
-        left = replace(left, rivals=tuple(others))
-    unknown = left.against(varying.effect, varying.shares)
+    beside = OVER_TIME if varying.weighed else OVER_TIME[1:]
+    if varying.weighed and not left.is_real:
+        return True
+    others = (r for r in left.rivals if (r.acts_as, r.follows) not in beside)
+    unknown = replace(left, rivals=tuple(others)).against(
+        varying.effect, varying.shares
+    )
     return varying.gain > UNLIKE[varying.effect] * unknown
 
 

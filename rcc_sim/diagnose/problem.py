@@ -13,7 +13,7 @@ from rcc_sim.analyse.charge import Charge, battery_energy
 from rcc_sim.analyse.gap_regimes import HELD, Scale, moving_mean, rows_in, stands
 from rcc_sim.analyse.gap_stages import torqued, untorqued
 from rcc_sim.analyse.heading import TURN_RATE, turn_rate
-from rcc_sim.analyse.offsets import noise_at_rest
+from rcc_sim.analyse.offsets import noise_at_rest, noise_of
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.lateness import lateness
 from rcc_sim.diagnose.shapes import CURRENT, LATERAL, TORQUE, VOLTAGE, Shape, shapes_of
@@ -211,8 +211,7 @@ class Problem:
     def _metered(self) -> float:
         """Share of what is fast in the current beside the model's that is noise."""
         noise = noise_at_rest(self.log, CURRENT)
-        steps = np.abs(np.diff(self.log[CURRENT] - self.nominal[CURRENT]))
-        fast = float(np.nanmedian(steps)) * 1.4826 / 2**0.5 if len(steps) else 0.0
+        fast = noise_of(np.diff(self.log[CURRENT] - self.nominal[CURRENT]))
         return min(noise / fast, 1.0) ** 2 if fast > 0 and isfinite(noise) else 0.0
 
     def stated(self, key: str) -> float:

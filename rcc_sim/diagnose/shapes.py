@@ -130,9 +130,8 @@ def discharge_of(problem: Problem) -> list[Array]:
     """
     if problem.knows_voltage or VOLTAGE not in problem.channels:
         return []
-    known = problem.log if CURRENT in problem.log else problem.nominal
-    current, time = np.nan_to_num(known[CURRENT]), problem.log["time_s"]
-    charge = np.cumsum(current * np.gradient(time))
+    log = problem.log
+    charge = np.cumsum(np.nan_to_num(log[CURRENT]) * np.gradient(log["time_s"]))
     stated = problem.vehicle.battery.open_circuit_voltage_v
     level = stated.value if stated else 0.0
     fall = level * charge / (np.abs(charge).max() or 1.0)

@@ -254,3 +254,17 @@ def test_cases_are_never_mixed_with_what_is_there(tmp_path):
     with pytest.raises(InputError, match="not an empty folder"):
         make(tmp_path / "out", cases=1, seed=1)
     assert (tmp_path / "out" / "mine.txt").read_text() == "keep"
+
+
+def test_effects_that_are_asked_for_act_in_each_case(tmp_path):
+    """Those that are younger than the seeds of stated draws are drawn only so."""
+    asked = ["friction_brake", "regeneration_fade"]
+    kinds, out = ["single", "pair"], tmp_path / "asked"
+    seal = make(out, cases=3, seed=5, kinds=kinds, effects=asked)
+    labels = json.loads(seal.labels.read_text())
+    assert labels["effects"] == asked
+    for case in labels["cases"].values():
+        assert case["family"] == "ev"  # a scaled car has no friction brakes
+        assert set(case["effects"]) & set(asked)
+    with pytest.raises(InputError, match="--effects: none is called 'friction_brake'"):
+        make(tmp_path / "rc", cases=1, families=["rc"], effects=["friction_brake"])
