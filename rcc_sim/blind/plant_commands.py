@@ -31,13 +31,12 @@ def speed_command(p, held, w, integral, T):
 
 @jit
 def motor_part(p, tau, v):
-    """Torque [N m] that is left to the motor: brakes take over along an S-curve."""
+    """Torque [N m] of a demand that brakes leave to the motor."""
     if tau >= 0.0:
         return tau
     part = 1.0 - p.brake_share
     if v < p.fade:
-        x = max(1.5 * v / p.fade - 0.5, 0.0)
-        part *= x * x * (3.0 - 2.0 * x)
+        part *= max(1.5 * v / p.fade - 0.5, 0.0)
     return part * tau
 
 
