@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -60,7 +61,9 @@ ITSELF = {"auxiliary_load": "power"}
 """Effect -> the way of acting that is its own."""
 
 OVER_TIME = (("drag", "time_s"), ("wind", "time_s"))
-"""How a rough road acts, or a wind that blows in gusts, and what they follow."""
+"""How a rough road acts, or a wind that blows in gusts, and what they follow. The
+second, which bends as often as a hill, is what a hill is held against, and no
+remainder: a rough road, too, bends so."""
 
 FEED = "feed"
 """How what a load would have to be below nil acts."""
@@ -170,9 +173,11 @@ class Remainder:
     @property
     def enough(self) -> float:
         """Nats that chance, or the model, may leave."""
+        if self.acts_as == "wind":
+            return inf
         if self.acts_as in CORNERING:
             chance = LATERAL_ENOUGH
-        elif (self.acts_as, self.follows) in OVER_TIME:
+        elif (self.acts_as, self.follows) == OVER_TIME[0]:
             chance = ROUGH_ENOUGH
         else:
             chance = AFTER_ENOUGH if self.follows in AFTER else UNKNOWN_ENOUGH
@@ -214,7 +219,8 @@ def remainder(
         for found in engine.each(lambda form: form(), forms)
         for r in found
     ]
-    return replace(clearest(each), rivals=tuple(each))
+    own = (r for r in each if r.acts_as != "wind")
+    return replace(clearest(own), rivals=tuple(each))
 
 
 def with_cut(left: Remainder, engine: Engine, fit: Fit, cause: Cause) -> Remainder:

@@ -39,7 +39,6 @@ WAYS = {
     "power": "a power",
     "steer": "an angle of the wheels",
     "grip": "a grip",
-    "wind": "a wind",
     "feed": "an infeed to the battery (or a meter off by it)",
 }
 """Way of acting -> what it is."""
