@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from rcc_sim.analyse.gap_channels import ChannelGap
 from rcc_sim.analyse.gap_replays import Tolerances
+from rcc_sim.analyse.offsets import noise_of
 from rcc_sim.jit import compiled, jit
 
 Array = NDArray[np.float64]
@@ -103,8 +104,7 @@ def _means(x: Array, rows: int) -> Array:
 def _noise(means: Array) -> float:
     """Return the sd of a window's mean, by how it changes from one to the next."""
     change = means[2:] - means[:-2] if len(means) > 4 else means
-    size = 1.4826 * float(np.median(np.abs(change))) / float(np.sqrt(2))
-    return min(max(size, 1e-3), 1.0)
+    return min(max(noise_of(change), 1e-3), 1.0)
 
 
 def _solved(shifts: Array, noises: Array, counts: Array) -> float:

@@ -27,7 +27,7 @@ from rcc_sim.diagnose.leave_out import one_alone, without_idle, without_outdone
 from rcc_sim.diagnose.profile import overlap
 from rcc_sim.diagnose.read_late import read_late
 from rcc_sim.diagnose.refine import Refined, contenders
-from rcc_sim.diagnose.remainder import OVER_TIME, Remainder, remainder
+from rcc_sim.diagnose.remainder import DRAG_OVER_TIME, Remainder, gusts, remainder
 from rcc_sim.diagnose.screen import Screened
 from rcc_sim.diagnose.starts import pulled, screened
 from rcc_sim.diagnose.sums import with_all_figures
@@ -53,6 +53,8 @@ UNLIKE = {"road_grade": 0.85, "auxiliary_load": 0.97}
 """Share of the nats of an unknown profile that a named one must gain to stand: a hill
 and an unknown drag differ by the accelerometer alone and by their knots; a heater and
 a drag differ by the speed, and in the motor's current."""
+
+HILL = "road_grade"
 
 MOST_CAUSES = 6
 
@@ -138,7 +140,8 @@ def compete(
             ranking[varying.effect] = max(ranking.get(varying.effect, 0), varying.gain)
             left = remainder(engine, current)
             if stands_out(varying, left):
-                varying = beside_a_drag(varying, left)
+                wind = gusts(engine, current) if varying.effect == HILL else 0.0
+                varying = beside_a_drag(varying, left, wind)
                 engine, current, causes = acting(engine, current, causes, varying)
                 continue
         known = [r for r, _ in found]
@@ -299,30 +302,28 @@ def outweighed(causes: Sequence[Cause], left: Remainder) -> bool:
 def stands_out(varying: Cause, left: Remainder) -> bool:
     """Tell whether nothing unknown is as likely as a profile, by the same noise.
 
-    A wind in gusts, which as many knots may bend, leaves it less sure and no more. One
-    that was weighed beside the noise may not show by it; nothing else may be real
+    One that was weighed beside the noise may not show by it; nothing else may be real
     then, but for a drag over time, against which it was weighed likewise.
     """
-    beside = OVER_TIME if varying.weighed else OVER_TIME[1:]
-    if varying.weighed and not left.is_real:
-        return True
-    others = (r for r in left.rivals if (r.acts_as, r.follows) not in beside)
-    unknown = replace(left, rivals=tuple(others)).against(
-        varying.effect, varying.shares
-    )
+    if varying.weighed:
+        if not left.is_real:
+            return True
+        others = (r for r in left.rivals if (r.acts_as, r.follows) != DRAG_OVER_TIME)
+        left = replace(left, rivals=tuple(others))
+    unknown = left.against(varying.effect, varying.shares)
     return varying.gain > UNLIKE[varying.effect] * unknown
 
 
-def beside_a_drag(varying: Cause, left: Remainder) -> Cause:
+def beside_a_drag(varying: Cause, left: Remainder, wind: float = 0.0) -> Cause:
     """Return a hill with the nats of the drag, or wind, over time in its place.
 
     By motion and power alone the two differ in what they run along. Of nine drives over
     hills, two measured ones among them, the hill is 13 nats likelier in the closest.
     """
-    if varying.effect != "road_grade":
+    if varying.effect != HILL:
         return varying
-    drags = (r for r in left.rivals if (r.acts_as, r.follows) in OVER_TIME)
-    nats = max((r.evidence for r in drags), default=0.0)
+    drags = (r for r in left.rivals if (r.acts_as, r.follows) == DRAG_OVER_TIME)
+    nats = max([wind, *(r.evidence for r in drags)])
     return replace(varying, rival=max(varying.rival, nats))
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from rcc_sim.analyse.gap_regimes import moving_mean, rows_in
 from rcc_sim.diagnose.shapes import BEYOND_SHAFT
+from rcc_sim.physics.effects.sensor_delay import late
 
 if TYPE_CHECKING:
     from rcc_sim.diagnose.problem import Problem
@@ -50,14 +51,12 @@ def lateness(problem: Problem) -> float:
         return 0.0
 
     def apart(delay: float) -> float:
-        there = np.interp(time[known] - delay, time, model)
-        return float(np.mean((logged[known] - there) ** 2))
+        there = late(model, time, delay, sampled=True)
+        return float(np.mean((logged - there)[known] ** 2))
 
     left = np.array([apart(d) for d in delays])
     k = int(np.clip(left.argmin(), 1, len(delays) - 2))
-    if left[k] > CLEARLY**2 * left[0]:
-        return 0.0
-    if delays[k] < ROWS * row:
+    if left[k] > CLEARLY**2 * left[0] or delays[k] < ROWS * row:
         return 0.0
     bend = left[k - 1] - 2 * left[k] + left[k + 1]
     aside = 0.5 * (left[k - 1] - left[k + 1]) / bend if bend > 0 else 0.0

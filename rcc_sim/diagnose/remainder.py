@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from math import inf
 from typing import Any
 
 import numpy as np
@@ -48,11 +47,10 @@ CARRIERS = {
     "power": ("effects.auxiliary_load.power_w",),
     "steer": ("effects.steering_offset.angle_rad",),
     "grip": (STIFFNESS[0],),
-    "wind": ("effects.headwind.speed_mps",),
 }
 """How something unknown may act: as a drag, a power, an angle of the wheels, a grip
-that changes, a wind; and the figure by which the model is made to do so (the second,
-where a file states it)."""
+that changes; and the figure by which the model is made to do so (the second, where a
+file states it)."""
 
 CORNERING = ("steer", "grip")
 """Those of them that show in cornering alone."""
@@ -60,10 +58,8 @@ CORNERING = ("steer", "grip")
 ITSELF = {"auxiliary_load": "power"}
 """Effect -> the way of acting that is its own."""
 
-OVER_TIME = (("drag", "time_s"), ("wind", "time_s"))
-"""How a rough road acts, or a wind that blows in gusts, and what they follow. The
-second, which bends as often as a hill, is what a hill is held against, and no
-remainder: a rough road, too, bends so."""
+DRAG_OVER_TIME = ("drag", "time_s")
+"""How a rough road acts, and what it follows."""
 
 FEED = "feed"
 """How what a load would have to be below nil acts."""
@@ -84,11 +80,8 @@ MODELLED = ("speed_mps", *AFTER)
 GRIPS = {"time_s": (40, 120), "speed_mps": (16,), STEERING: (16,)}
 """What a grip may follow: a patch is short, and no noise of cornering is slow."""
 
-ALONG: dict[str, dict[str, tuple[int, ...]]] = {
-    "grip": GRIPS,
-    "wind": {"time_s": (20, 60, 120)},
-}
-"""What these may follow, where that is not ``FOLLOWS``."""
+WIND, GUSTS = "effects.headwind.speed_mps", {"time_s": (20, 60, 120)}
+"""A wind, and by how many knots it may follow time: as many as a hill its way."""
 
 CHANGES = {
     "time_s": (4, 8, 16), STEERING: (8, 16),
@@ -173,11 +166,9 @@ class Remainder:
     @property
     def enough(self) -> float:
         """Nats that chance, or the model, may leave."""
-        if self.acts_as == "wind":
-            return inf
         if self.acts_as in CORNERING:
             chance = LATERAL_ENOUGH
-        elif (self.acts_as, self.follows) == OVER_TIME[0]:
+        elif (self.acts_as, self.follows) == DRAG_OVER_TIME:
             chance = ROUGH_ENOUGH
         else:
             chance = AFTER_ENOUGH if self.follows in AFTER else UNKNOWN_ENOUGH
@@ -200,11 +191,9 @@ def remainder(
     come and go.
     """
     steered = all(p.drive.steered for p in engine.problems)
-    windy = all(p.drive.imposed for p in engine.problems)
-    windy &= has_needs(engine.problems[0].vehicle, EFFECTS["headwind"])
     forms: list[Callable[[], list[Remainder]]] = []
     for name in CARRIERS:
-        if (name in CORNERING and not steered) or (name == "wind" and not windy):
+        if name in CORNERING and not steered:
             continue
         key = carrier_of(engine, fit, name)
         forms.append(partial(acting_as, engine, fit, name, key))
@@ -219,8 +208,20 @@ def remainder(
         for found in engine.each(lambda form: form(), forms)
         for r in found
     ]
-    own = (r for r in each if r.acts_as != "wind")
-    return replace(clearest(own), rivals=tuple(each))
+    return replace(clearest(each), rivals=tuple(each))
+
+
+def gusts(engine: Engine, fit: Fit) -> float:
+    """Return the nats for a wind that blows in gusts, in drives that are imposed.
+
+    It is what a hill is held against, and no remainder: as often as a hill, a rough
+    road bends, too.
+    """
+    imposed = all(p.drive.imposed for p in engine.problems)
+    if not (imposed and has_needs(engine.problems[0].vehicle, EFFECTS["headwind"])):
+        return 0.0
+    probe = Probe(engine, fit, WIND, probe_size(engine, WIND))
+    return likeliest_of(probe, "wind", GUSTS).evidence
 
 
 def with_cut(left: Remainder, engine: Engine, fit: Fit, cause: Cause) -> Remainder:
@@ -267,7 +268,7 @@ def carrier_of(engine: Engine, fit: Fit, name: str) -> str:
 def acting_as(engine: Engine, fit: Fit, name: str, key: str) -> list[Remainder]:
     """Return the likeliest form of a way of acting, as one figure does."""
     probe = Probe(engine, fit, key, probe_size(engine, key))
-    return [likeliest_of(probe, name, ALONG.get(name, FOLLOWS))]
+    return [likeliest_of(probe, name, GRIPS if name == "grip" else FOLLOWS)]
 
 
 def changing(engine: Engine, fit: Fit, name: str, knob: Knob) -> list[Remainder]:

@@ -19,6 +19,7 @@ from rcc_sim.analyse.heading import TURN_RATE
 from rcc_sim.analyse.offsets import scale_sd
 from rcc_sim.definitions.sensors import INERTIAL
 from rcc_sim.definitions.vehicle import Vehicle
+from rcc_sim.physics.effects.sensor_delay import late
 from rcc_sim.simulate.spans import CLOSE, FLOWS
 from rcc_sim.units import G
 
@@ -178,12 +179,11 @@ def late_of(problem: Problem) -> dict[str, list[Array]]:
     if problem.row < CLOSE or problem.charge is not None:
         return {}
     if problem.torqued:
-        time = problem.log["time_s"]
-        there = time - problem.late
-        each = [
-            (c in BEYOND_SHAFT, np.interp(there, time, problem.nominal[c]))
-            for c in problem.channels
-        ]
+        read = problem.nominal
+        if problem.late:
+            when = problem.log["time_s"], problem.late
+            read = {c: late(read[c], *when, sampled=True) for c in problem.channels}
+        each = [(c in BEYOND_SHAFT, read[c]) for c in problem.channels]
         off = {
             k: [np.nan_to_num(shifted(x, k) - x) * its for its, x in each]
             for k in NEIGHBOURS

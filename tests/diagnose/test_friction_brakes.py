@@ -1,6 +1,6 @@
 """What friction brakes take beside the motor is found, and told from a lossy gear.
 
-The log is worked out here, by F = m a + drag and P = tau w, not by the model.
+The log is worked out by hand, not by the model.
 """
 
 import numpy as np
@@ -9,17 +9,8 @@ import pytest
 from rcc_sim.analyse.logged import Logged
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.trace import Trace
-from rcc_sim.units import G
-from tests.cars import TRUCK, truck
-
-ROLL, AREA, AUX, RHO = 0.012, 1.1, 600.0, 1.225
-EFFECTS = {
-    "rolling_resistance": {"coefficient": {"value": ROLL, "sd": 0.0008}},
-    "aerodynamic_drag": {
-        "drag_area_m2": {"value": AREA, "sd": 0.06}, "air_density_kg_per_m3": RHO,
-    },
-    "auxiliary_load": {"power_w": {"value": AUX, "sd": 60.0}},
-}  # fmt: skip
+from tests.by_hand import AUX, PER_SPEED, STATED, shaft_torque
+from tests.cars import truck
 
 
 def log_of(kept, seed):
@@ -29,13 +20,9 @@ def log_of(kept, seed):
     v = 9.0 + 6.0 * np.sin(t / 9.0) + 4.5 * np.sin(t / 23.0) - 2.0 * np.cos(t / 5.0)
     v = np.where(v < 0.3, 0.0, v)
     v = np.convolve(np.pad(v, 10, mode="edge"), np.ones(21) / 21, mode="valid")
-    a = np.gradient(v, t)
-    m, r, n = (TRUCK["body"]["mass_kg"], TRUCK["tyres"]["radius_m"],
-               TRUCK["drivetrain"]["gear_ratio"])  # fmt: skip
-    force = m * a + (v > 0) * m * G * ROLL + 0.5 * RHO * AREA * v**2
-    torque = force * r / n * (v > 0)
+    torque = shaft_torque(t, v)
     torque = np.where(torque < 0, kept(v) * torque, torque)
-    power = torque * v * n / r + AUX
+    power = torque * v * PER_SPEED + AUX
     columns = {
         "time_s": t,
         "speed_mps": v + 0.01 * rng.normal(size=len(t)),
@@ -46,7 +33,7 @@ def log_of(kept, seed):
 
 
 def named(log):
-    found = diagnose([Logged(log, (), None)], truck(EFFECTS))
+    found = diagnose([Logged(log, (), None)], truck(STATED))
     return {a.cause.effect: next(iter(a.figures.values())) for a in found.asserted}
 
 

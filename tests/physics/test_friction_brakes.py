@@ -12,16 +12,18 @@ STOP = Cycle("stop", np.array([0.0, 8.0, 12.0, 22.0, 24.0]),
 DRAG = {"aerodynamic_drag": {"drag_area_m2": 1.0}}
 
 
-def driven(effects, *, imposed):
-    return simulate(truck(DRAG | effects), STOP, imposed=imposed, output_rate=50.0)
+def without_and_with(effects, *, imposed):
+    """A stop without and with some effects, and the motor's torque in each."""
+    how = {"imposed": imposed, "output_rate": 50.0}
+    runs = [simulate(truck(DRAG | more), STOP, **how) for more in ({}, effects)]
+    return *runs, *(run.trace["motor_torque_nm"] for run in runs)
 
 
 @pytest.mark.parametrize("imposed", [True, False])
 def test_a_share_of_each_braking_torque_is_not_the_motors(imposed):
     share = 0.3
-    alone = driven({}, imposed=imposed)
-    run = driven({"friction_brake": {"share": share}}, imposed=imposed)
-    before, after = alone.trace["motor_torque_nm"], run.trace["motor_torque_nm"]
+    brake = {"friction_brake": {"share": share}}
+    alone, run, before, after = without_and_with(brake, imposed=imposed)
     brakes = (before < -1.0) & (alone.trace["speed_mps"] > 1.0)
     assert brakes.sum() > 100
     assert after[brakes] == pytest.approx((1 - share) * before[brakes], rel=2e-3)
@@ -36,9 +38,8 @@ def test_a_share_of_each_braking_torque_is_not_the_motors(imposed):
 @pytest.mark.parametrize("imposed", [True, False])
 def test_braking_by_the_motor_fades_from_a_speed_to_a_third_of_it(imposed):
     fade = 6.0
-    alone = driven({}, imposed=imposed)
-    run = driven({"regeneration_fade": {"fade_speed_mps": fade}}, imposed=imposed)
-    before, after = alone.trace["motor_torque_nm"], run.trace["motor_torque_nm"]
+    fades = {"regeneration_fade": {"fade_speed_mps": fade}}
+    alone, run, before, after = without_and_with(fades, imposed=imposed)
     v = alone.trace["speed_mps"]
     v = 0.5 * (v + np.roll(v, 1))  # a row's torque is its mean since the row before
     brakes = (before < -50.0) & (alone.trace["time_s"] > 12.5) & (v > 0.5)
