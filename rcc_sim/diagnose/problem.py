@@ -13,10 +13,17 @@ from rcc_sim.analyse.charge import Charge, battery_energy
 from rcc_sim.analyse.gap_regimes import HELD, Scale, moving_mean, rows_in, stands
 from rcc_sim.analyse.gap_stages import torqued, untorqued
 from rcc_sim.analyse.heading import TURN_RATE, turn_rate
-from rcc_sim.analyse.offsets import noise_at_rest, noise_of
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.lateness import lateness
-from rcc_sim.diagnose.shapes import CURRENT, LATERAL, TORQUE, VOLTAGE, Shape, shapes_of
+from rcc_sim.diagnose.shapes import LATERAL, TORQUE, Shape, shapes_of
+from rcc_sim.diagnose.terminals import (
+    CURRENT,
+    RESISTANCE,
+    VOLTAGE,
+    compared,
+    flowed,
+    metered,
+)
 from rcc_sim.physics.effects import EFFECTS
 from rcc_sim.physics.step import SLIP_BLEND
 from rcc_sim.simulate.drive import Drive, integral_of, is_surveyed
@@ -41,9 +48,6 @@ CHANNELS = (
 )
 """Columns by which model and log are compared, where the log has them."""
 
-RESISTANCE = "effects.battery_resistance.resistance_ohm"
-"""What lies between a battery's terminals."""
-
 WHEELS, WHEELS_SD = "wheels", 0.5
 """Figure of a log whose wheels turn off the ground: their inertia, of what is usual;
 and by how much it may be off."""
@@ -63,9 +67,6 @@ whatever memory this leaves in the residuals the noise model takes up.
 
 SLOW = 20.0
 """Speed below which cornering is not judged, in times that at which slip blends."""
-
-STEADY = 1.0
-"""Time over which a current's noise is evened out. [s]"""
 
 MIN_ROWS = 30
 
@@ -117,12 +118,7 @@ class Problem:
         ]
         if self.drive.imposed and "speed_mps" in found:
             found.remove("speed_mps")
-        known, power = self.knows_voltage, "battery_power_w" in found
-        alone = CURRENT not in found or self.charge is not None
-        if not known and (alone or (power and self._resists)):
-            found = [c for c in found if c != VOLTAGE]
-        if power and CURRENT in found:
-            found.remove("battery_power_w" if known else CURRENT)
+        found = compared(found, self.vehicle, by_charge=self.charge is not None)
         if "motor_current_a" in found and TORQUE in found:
             found.remove(TORQUE)
         if not self.drive.steered:
@@ -194,25 +190,12 @@ class Problem:
         if VOLTAGE in left and CURRENT in self.log:
             ohm = figures.get(RESISTANCE, self.stated(RESISTANCE))
             beside = self.log[CURRENT] - out[CURRENT]
-            left[VOLTAGE] = left[VOLTAGE] + ohm * self._flowed(beside)
+            left[VOLTAGE] += ohm * flowed(self.log, beside, self._metered)
         return list(left.values())
-
-    def _flowed(self, beside: Array) -> Array:
-        """Return what flowed beside the model's current, given what its meter read so.
-
-        The meter's own noise, which no voltage knows, is left out: a resistance would
-        look smaller by it. What is slow is the model's error; of what is fast, as much
-        as the meter scatters at rest is noise.
-        """
-        slow = moving_mean(beside, rows_in(self.log["time_s"], STEADY))
-        return slow + (1 - self._metered) * np.nan_to_num(beside - slow)
 
     @cached_property
     def _metered(self) -> float:
-        """Share of what is fast in the current beside the model's that is noise."""
-        noise = noise_at_rest(self.log, CURRENT)
-        fast = noise_of(np.diff(self.log[CURRENT] - self.nominal[CURRENT]))
-        return min(noise / fast, 1.0) ** 2 if fast > 0 and isfinite(noise) else 0.0
+        return metered(self.log, self.nominal[CURRENT])
 
     def stated(self, key: str) -> float:
         """Return what the vehicle file says of a figure, or what it is without."""
@@ -359,27 +342,6 @@ class Problem:
         if volts is not None and np.isfinite(volts).any():
             sizes["Ω"] = 0.01 * float(np.nanmax(volts)) ** 2 / (100 * power)
         return sizes
-
-    @property
-    def knows_voltage(self) -> bool:
-        """Whether the battery's voltage is known well enough to work with it.
-
-        An open-circuit voltage that is stated with an sd follows a charge that the
-        model does not; power is then judged in place of the current, and the voltage
-        beside its level and its fall with the charge, by the current that flowed.
-        """
-        battery = self.vehicle.battery
-        stated = battery.open_circuit_voltage_v
-        return stated is not None and stated.sd == 0.0
-
-    @property
-    def _resists(self) -> bool:
-        """Whether the file states what lies between the battery's terminals.
-
-        What a battery's voltage does beside it, as it recovers and warms, no model here
-        knows: where only a resistance could be found in it, one need not look.
-        """
-        return RESISTANCE in self.vehicle.figures()
 
     @property
     def torqued(self) -> bool:

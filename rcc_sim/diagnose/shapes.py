@@ -19,6 +19,7 @@ from rcc_sim.analyse.heading import TURN_RATE
 from rcc_sim.analyse.offsets import scale_sd
 from rcc_sim.definitions.sensors import INERTIAL
 from rcc_sim.definitions.vehicle import Vehicle
+from rcc_sim.diagnose.terminals import CURRENT, POWER, VOLTAGE, knows_voltage
 from rcc_sim.physics.effects.sensor_delay import late
 from rcc_sim.simulate.spans import CLOSE, FLOWS
 from rcc_sim.units import G
@@ -32,10 +33,7 @@ TORQUE, ALTIMETER = "motor_torque_nm", "elevation_m"
 
 LATERAL = ("yaw_rate_radps", TURN_RATE, "accel_y_mps2")
 
-VOLTAGE, CURRENT = "battery_voltage_v", "battery_current_a"
-"""A battery's terminals."""
-
-BEYOND_SHAFT = (VOLTAGE, CURRENT, "battery_power_w")
+BEYOND_SHAFT = (VOLTAGE, CURRENT, POWER)
 """Columns of what lies between the battery and the motor's shaft."""
 
 BEND_SHARE = 0.5
@@ -129,7 +127,7 @@ def discharge_of(problem: Problem) -> list[Array]:
     Per share of it, at the largest charge that was taken (or given) since the start;
     where a file states it with an sd.
     """
-    if problem.knows_voltage or VOLTAGE not in problem.channels:
+    if knows_voltage(problem.vehicle) or VOLTAGE not in problem.channels:
         return []
     log = problem.log
     charge = np.cumsum(np.nan_to_num(log[CURRENT]) * np.gradient(log["time_s"]))

@@ -1,0 +1,75 @@
+"""What is judged of a battery: its voltage, its current, or the power of both."""
+
+from __future__ import annotations
+
+from math import isfinite
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rcc_sim.analyse.gap_regimes import moving_mean, rows_in
+from rcc_sim.analyse.offsets import noise_at_rest, noise_of
+from rcc_sim.definitions.vehicle import Vehicle
+from rcc_sim.trace import Trace
+
+Array = NDArray[np.float64]
+
+VOLTAGE, CURRENT = "battery_voltage_v", "battery_current_a"
+POWER = "battery_power_w"
+
+RESISTANCE = "effects.battery_resistance.resistance_ohm"
+"""What lies between a battery's terminals."""
+
+STEADY = 1.0
+"""Time over which a current's noise is evened out. [s]"""
+
+
+def compared(found: list[str], vehicle: Vehicle, *, by_charge: bool) -> list[str]:
+    """Return channels of a log without what is not judged of its battery.
+
+    Power is judged in place of the current where the voltage is not known well enough
+    to work with it, and the current in place of power where it is. A voltage that is
+    not known is judged beside the current that flowed, and where a resistance could be
+    found in it: what it does beside one that is stated, as the battery recovers and
+    warms, no model here knows. ``by_charge``: the current is known from the charge
+    alone.
+    """
+    known, power = knows_voltage(vehicle), POWER in found
+    alone = CURRENT not in found or by_charge
+    if not known and (alone or (power and RESISTANCE in vehicle.figures())):
+        found = [c for c in found if c != VOLTAGE]
+    if power and CURRENT in found:
+        found = [c for c in found if c != (POWER if known else CURRENT)]
+    return found
+
+
+def knows_voltage(vehicle: Vehicle) -> bool:
+    """Whether a battery's voltage is known well enough to work with it.
+
+    An open-circuit voltage that is stated with an sd follows a charge that the model
+    does not; power is then judged in place of the current, and the voltage beside its
+    level and its fall with the charge, by the current that flowed.
+    """
+    stated = vehicle.battery.open_circuit_voltage_v
+    return stated is not None and stated.sd == 0.0
+
+
+def flowed(log: Trace, beside: Array, metered: float) -> Array:
+    """Return what flowed beside the model's current, given what its meter read so. [A]
+
+    The meter's own noise, which no voltage knows, is left out: a resistance would look
+    smaller by it. What is slow is the model's error; of what is fast, the share
+    ``metered`` is noise.
+    """
+    slow = moving_mean(beside, rows_in(log["time_s"], STEADY))
+    return slow + (1 - metered) * np.nan_to_num(beside - slow)
+
+
+def metered(log: Trace, predicted: Array) -> float:
+    """Share of what is fast in the current beside the model's that is noise.
+
+    As much as the meter scatters at rest.
+    """
+    noise = noise_at_rest(log, CURRENT)
+    fast = noise_of(np.diff(log[CURRENT] - predicted))
+    return min(noise / fast, 1.0) ** 2 if fast > 0 and isfinite(noise) else 0.0
