@@ -358,14 +358,12 @@ def test_a_standing_car_tells_auxiliaries_that_are_in_kilowatts(by_power):
     assert not grave(check_log(fan, car))
 
 
-def test_a_voltage_in_kilovolts_is_told():
-    log = driven("bmw_i3", "udds", None, None, True)
-    (finding,) = found(
-        check_log(
-            with_fault(log, "battery_voltage_v", lambda u: u / 1000),
-            load_vehicle("bmw_i3"),
-        ),
-        "unit",
-        "battery_voltage_v",
+@pytest.mark.parametrize(
+    ("column", "unit"), [("battery_voltage_v", "kV"), ("battery_current_a", "kA")]
+)
+def test_thousands_of_volts_and_amperes_are_told(column, unit):
+    log = with_fault(
+        driven("bmw_i3", "udds", None, None, True), column, lambda x: x / 1000
     )
-    assert "kV" in finding.what and finding.factor == pytest.approx(1000.0)
+    (finding,) = found(check_log(log, load_vehicle("bmw_i3")), "unit", column)
+    assert unit in finding.what and finding.factor == pytest.approx(1000.0)

@@ -42,7 +42,7 @@ UNITS: dict[str, tuple[tuple[float, str], ...]] = {
     "motor_speed_radps": ((RPM, "rpm"),),
     "motor_torque_nm": ((1000.0, "mN m"), (100.0, "N cm")),
     "battery_voltage_v": ((1000.0, "mV"), (0.001, "kV")),
-    "battery_current_a": ((1000.0, "mA"),),
+    "battery_current_a": ((1000.0, "mA"), (0.001, "kA")),
     "battery_power_w": ((0.001, "kW"), (1000.0, "mW")),
     "aux_power_w": ((0.001, "kW"),),
     "x_m": ((1000.0, "mm"), (100.0, "cm")),
