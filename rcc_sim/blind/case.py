@@ -142,6 +142,7 @@ def _setting(
     road = Road(
         slope=slope,
         aux=np.zeros(1),
+        wind=np.zeros(1),
         rough=float(rng.uniform(*how.rough)),
         rough_s=float(rng.uniform(*how.rough_s)),
     )
@@ -161,7 +162,7 @@ def with_effects(
     p: Truth, road: Road, d: Drive, effects: Sequence[Withheld], off: Sequence[Withheld]
 ) -> tuple[Truth, Drive]:
     """Return the truth and the drive with some effects on and others off."""
-    slope, aux = road.slope, road.aux
+    slope, aux, wind = road.slope, road.aux, road.wind
     for w in off:
         p = replaced(p, w.off)
     for w in effects:
@@ -174,7 +175,8 @@ def with_effects(
         p = replaced(p, changes)
         slope = w.slope if w.slope is not None else slope
         aux = w.aux if w.aux is not None else aux
-    return p, d._replace(slope=slope, aux=aux)
+        wind = w.wind if w.wind is not None else wind
+    return p, d._replace(slope=slope, aux=aux, wind=wind)
 
 
 def _read(rows: Array, family: str, effects: Sequence[Withheld]) -> Array:
@@ -230,7 +232,7 @@ def _worth(at: Setting, level: Drive, effects: list[Withheld]) -> dict[str, floa
     hidden = {HIDES.get(w.effect) for w in effects}
     known = [n for n in TOLERANCES if n not in hidden and getattr(at.car, n) > 0]
     p, d = with_effects(at.p, at.road, level, [], effects)
-    rough = at.drive._replace(slope=d.slope, aux=d.aux)
+    rough = at.drive._replace(slope=d.slope, aux=d.aux, wind=d.wind)
     residual = coarse(p, rough, family) - coarse(p, d, family)
     rule = Yardstick(family, p, d, known, residual)
     changes = []
@@ -400,5 +402,10 @@ def _profiles(
             found["auxiliary_load.power_w"] = {
                 "time_s": np.arange(len(w.aux), dtype=float).tolist(),
                 "value": np.round(w.aux + p.P_aux, 4).tolist(),
+            }
+        if w.wind is not None:
+            found["headwind.speed_mps"] = {
+                "time_s": np.arange(len(w.wind), dtype=float).tolist(),
+                "value": np.round(w.wind + p.wind, 4).tolist(),
             }
     return found

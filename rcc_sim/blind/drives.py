@@ -56,6 +56,7 @@ class Road:
 
     slope: Array  # profile over distance, every SLOPE_STEP
     aux: Array  # W, at each second
+    wind: Array  # m/s against the drive, likewise
     rough: float
     rough_s: float
 
@@ -151,6 +152,30 @@ def heater(seconds: float, power: float, rng: np.random.Generator) -> Array:
     return np.where((t < warm) | on, power, low * power)
 
 
+def gusts(seconds: float, sd: float, memory: float, rng: np.random.Generator) -> Array:
+    """Return a wind along the drive at each second [m/s], of Ornstein and Uhlenbeck."""
+    from scipy.signal import lfilter
+
+    keep = np.exp(-1.0 / memory)
+    kicks = rng.standard_normal(int(seconds) + 2)
+    kicks[1:] *= np.sqrt(1 - keep**2)
+    return np.asarray(sd * lfilter([1.0], [1.0, -keep], kicks), dtype=np.float64)
+
+
+def turned(
+    seconds: float, speed: float, memory: float, rng: np.random.Generator
+) -> Array:
+    """Return the same of a steady wind on a road that turns about every so often."""
+    at, way, sign = [0.0], [], float(rng.choice([-1.0, 1.0]))
+    while at[-1] < seconds:
+        way.append(sign * speed)
+        at.append(at[-1] + memory * rng.uniform(0.5, 1.5))
+        sign = -sign
+    t = np.arange(int(seconds) + 2, dtype=np.float64)
+    which = np.minimum(np.searchsorted(at, t, side="right") - 1, len(way) - 1)
+    return np.asarray(way, dtype=np.float64)[which]
+
+
 def drive(
     car: Base, road: Road, style: str, rng: np.random.Generator
 ) -> tuple[Drive, int]:
@@ -165,7 +190,7 @@ def drive(
     steps = round(how.seconds / dt)
     rows = np.arange(first, steps, per_row, dtype=np.int64)
     return (
-        Drive(speed, steer, rough, road.slope, SLOPE_STEP, road.aux, rows),
+        Drive(speed, steer, rough, road.slope, SLOPE_STEP, road.aux, road.wind, rows),
         first,
     )
 

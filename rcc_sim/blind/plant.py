@@ -125,6 +125,7 @@ class Drive(NamedTuple):
     slope: object  # profile over distance [1], every slope_step metres
     slope_step: float
     aux: object  # power [W] beside the constant, at each second
+    wind: object  # against the drive [m/s] beside the constant, likewise
     rows: object  # step number of each row
 
 
@@ -156,20 +157,20 @@ def axles(p, m, mu, v, v_y, r, a_F, a_R, delta):
 
 
 @jit
-def rates(p, m, I_z, mu, w, v_y, r, a_F, a_R, tilt, tau, push, T_more):
+def rates(p, m, I_z, mu, w, v_y, r, a_F, a_R, tilt, tau, push, wind, T_more):
     """Time derivatives of motor speed, lateral speed, yaw rate and felt slip.
 
     Newton along the body, n k (τ - T_loss - J ẇ) = m (v̇ - v_y r) + R with v = w / n;
     k is the gears' transmission. ``tilt`` holds the steering angle, its sine and
-    cosine, and those of the slope; ``push`` is roughness less brakes [N]. Also returns
-    the forces, for the books.
+    cosine, and those of the slope; ``push`` is roughness less brakes [N]; ``wind``
+    [m/s] blows against the drive. Also returns the forces, for the books.
     """
     v = w / p.n
     delta, sin, cos, rise, level = tilt
     F_F, F_R, d_F, d_R = 0.0, 0.0, 0.0, 0.0
     if delta != 0.0 or v_y != 0.0 or r != 0.0 or a_F != 0.0 or a_R != 0.0:
         F_F, F_R, d_F, d_R = axles(p, m, mu, v, v_y, r, a_F, a_R, delta)
-    v_air = v + p.wind
+    v_air = v + wind
     R = p.C_rr * m * GRAVITY * level + p.half_rho_A * v_air * abs(v_air)
     R += m * GRAVITY * rise - push + F_F * sin
     R -= m * v_y * r

@@ -88,6 +88,7 @@ def run(p, d, T_tick, subs, out, E, line):
                 since_brake = 0.0
         T_more = extra_drag(p, v, angle, since_brake, t)
         P_aux = p.P_aux + d.aux[min(int(t), len(d.aux) - 1)]
+        wind = p.wind + at(d.wind, t)
         if w > 0.0:
             act = max(act, T_more)
         if mu < p.mu and w > 0.0:
@@ -105,7 +106,9 @@ def run(p, d, T_tick, subs, out, E, line):
             i += (wish - i) * fade_i
             tau += (p.K_t * i - tau) * fade_tau
             w0 = w
-            f = rates(p, m, I_z, mu, w, v_y, r, a_F, a_R, tilt, tau, pushed, T_more)
+            f = rates(
+                p, m, I_z, mu, w, v_y, r, a_F, a_R, tilt, tau, pushed, wind, T_more
+            )
             w_m, v_y_m, r_m = w, v_y, r
             g_F, g_R = a_F, a_R
             if w > 0.0 or f[0] > 0.0:
@@ -114,8 +117,9 @@ def run(p, d, T_tick, subs, out, E, line):
                 v_y_m, r_m = v_y + h * f[1], r + h * f[2]
                 g_F, g_R = a_F + h * f[3], a_R + h * f[4]
                 f = rates(
-                    p, m, I_z, mu, w_m, v_y_m, r_m, g_F, g_R, tilt, tau, pushed, T_more
-                )
+                    p, m, I_z, mu, w_m, v_y_m, r_m, g_F, g_R, tilt, tau, pushed, wind,
+                    T_more,
+                )  # fmt: skip
                 w += dt * f[0]
                 v_y += dt * f[1]
                 r += dt * f[2]
@@ -145,7 +149,7 @@ def run(p, d, T_tick, subs, out, E, line):
             c_b += dt * i_b
             s += v * dt
             z += v * dt * rise
-            v_air = v + p.wind
+            v_air = v + wind
             roll = p.C_rr * m * GRAVITY * level
             across = v_y_m + p.l_F * r_m
             E[0] += dt * p.u_0 * i_b

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.blind.bases import AIR, Base
-from rcc_sim.blind.drives import TIMING, heater, hills
+from rcc_sim.blind.drives import TIMING, gusts, heater, hills, turned
 from rcc_sim.blind.plant import GRAVITY, Truth
 
 Array = NDArray[np.float64]
@@ -42,6 +42,7 @@ class Withheld:
     sensor: dict[str, tuple[float, float]] = field(default_factory=dict)
     slope: Array | None = None
     aux: Array | None = None
+    wind: Array | None = None
 
 
 Draw = Callable[[Scene, np.random.Generator], Withheld]
@@ -136,6 +137,17 @@ def _auxiliary(scene: Scene, rng: np.random.Generator) -> Withheld:
     total = known + more
     on, off = {"P_aux": total}, {"P_aux": known}
     return Withheld("auxiliary_load", {"power_w": total}, on, off)
+
+
+def _wind(scene: Scene, rng: np.random.Generator) -> Withheld:
+    """A wind that changes: in gusts, or by the road that turns, over a steady one."""
+    seconds = TIMING[scene.car.family].seconds
+    if rng.random() < 0.5:
+        wind = gusts(seconds, rng.uniform(1.5, 4.0), rng.uniform(15.0, 80.0), rng)
+        wind += _sign(rng) * rng.uniform(0.0, 6.0)
+    else:
+        wind = turned(seconds, rng.uniform(3.0, 8.0), rng.uniform(60.0, 250.0), rng)
+    return Withheld("headwind", {"speed_mps_mean": wind.mean()}, wind=wind)
 
 
 def _regeneration(scene: Scene, rng: np.random.Generator) -> Withheld:
@@ -312,10 +324,11 @@ ASKED: dict[str, dict[str, Draw]] = {
             "regeneration_fade", "fade_speed_mps", "fade",
             lambda s, rng: rng.uniform(2.0, 6.0), 0.0,
         ),
+        "headwind": _wind,
     },
 }  # fmt: skip
 """Effects that are drawn only where they are asked for: they are younger than the seeds
-of which results are stated."""
+of which results are stated; a wind that is asked for is no steady one."""
 
 TERMS = ("copper_loss", "iron_loss")
 """Losses that an efficiency as a whole stands for."""

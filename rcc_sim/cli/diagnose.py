@@ -268,6 +268,7 @@ def _write(
     next_run: Path | None,
 ) -> None:
     from rcc_sim.diagnose.deliver import (
+        over_time,
         varying,
         write_mended,
         write_next_run,
@@ -288,9 +289,9 @@ def _write(
             say(f"note: {key} is {sds:.0f} sds off what was stated; {vehicle} holds it")
         for column in found.hidden:
             say(f"note: {vehicle} holds what {column} was hidden for: hide it again")
-        if "auxiliary_load" in varying(found):
+        for effect in over_time(found):
             over = found.gap.log if len(found.gaps) == 1 else "all logs"
-            say(f"note: auxiliary_load varies; {vehicle} holds its mean over {over}")
+            say(f"note: {effect} varies; {vehicle} holds its mean over {over}")
     if profiles is not None:
         for i in range(len(found.gaps)):
             path = profiles.with_suffix(f".{i + 1}{profiles.suffix}") if i else profiles

@@ -22,6 +22,7 @@ from rcc_sim.diagnose.couples import coupled
 from rcc_sim.diagnose.detect import least_seen, shows_likely
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
+from rcc_sim.diagnose.gusts import OF_THE_AIR, WIND, may_blow
 from rcc_sim.diagnose.knobs import BIAS, nuisance_knobs
 from rcc_sim.diagnose.leave_out import one_alone, without_idle, without_outdone
 from rcc_sim.diagnose.profile import overlap
@@ -49,10 +50,11 @@ MISFIT = 0.003
 """Share of what the first cause gained that a further one must: no model of an
 effect is better than some parts in a thousand."""
 
-UNLIKE = {"road_grade": 0.85, "auxiliary_load": 0.97}
+UNLIKE = {"road_grade": 0.85, "auxiliary_load": 0.97, "headwind": 1.0}
 """Share of the nats of an unknown profile that a named one must gain to stand: a hill
 and an unknown drag differ by the accelerometer alone and by their knots; a heater and
-a drag differ by the speed, and in the motor's current."""
+a drag differ by the speed, and in the motor's current. A wind is a drag, but for how
+it grows with the speed."""
 
 HILL = "road_grade"
 
@@ -129,6 +131,8 @@ def compete(
         named = {c.effect for c in candidates} - {
             c.effect for c in causes if c.profiles
         }
+        if any(key in OF_THE_AIR for c in causes for key in c.keys):
+            named -= {WIND}
         varying, refuted = profile_cause(engine, current, named - outdone)
         outdone |= refuted
         held = constant | {r.screened.candidate.effect: r.before for r in refined}
@@ -142,7 +146,11 @@ def compete(
             if stands_out(varying, left):
                 wind = gusts(engine, current) if varying.effect == HILL else 0.0
                 varying = beside_a_drag(varying, left, wind)
-                engine, current, causes = acting(engine, current, causes, varying)
+                after = acting(engine, current, causes, varying)
+                if may_blow(after[2][-1]):
+                    engine, current, causes = after
+                else:
+                    outdone.add(varying.effect)
                 continue
         known = [r for r, _ in found]
         if not (best and one) or best.trusted < needed_gain(causes, one.shares):
@@ -196,13 +204,16 @@ def free_of(
 ) -> list[Candidate]:
     """Return the candidates with the figures that no cause has yet.
 
-    Of an effect of which several figures may be off, others may follow the first.
+    Of an effect of which several figures may be off, others may follow the first. What
+    a wind acts by is not beside its gusts, whose size makes up for it.
     """
     keys = {c.effect: c.keys for c in causes}
+    gusty = any(c.effect == WIND and c.profiles for c in causes)
     rest = [
         replace(c, searches=c.beside(keys[c.effect])) if c.effect in keys else c
         for c in candidates
-        if c.several or c.effect not in keys
+        if (c.several or c.effect not in keys)
+        and not (gusty and any(s.key in OF_THE_AIR for s in c.searches))
     ]
     return [c for c in rest if c.searches]
 
@@ -315,12 +326,13 @@ def stands_out(varying: Cause, left: Remainder) -> bool:
 
 
 def beside_a_drag(varying: Cause, left: Remainder, wind: float = 0.0) -> Cause:
-    """Return a hill with the nats of the drag, or wind, over time in its place.
+    """Return a hill, or a wind, with the nats of the drag over time in its place.
 
-    By motion and power alone the two differ in what they run along. Of nine drives over
-    hills, two measured ones among them, the hill is 13 nats likelier in the closest.
+    In the place of a hill a ``wind`` may be as well. By motion and power alone the two
+    differ in what they run along. Of nine drives over hills, two measured ones among
+    them, the hill is 13 nats likelier in the closest.
     """
-    if varying.effect != HILL:
+    if varying.effect not in (HILL, WIND):
         return varying
     drags = (r for r in left.rivals if (r.acts_as, r.follows) == DRAG_OVER_TIME)
     nats = max([wind, *(r.evidence for r in drags)])

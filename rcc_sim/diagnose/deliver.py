@@ -75,6 +75,15 @@ def varying(found: Diagnosis) -> list[str]:
     return [a.cause.effect for a in found.asserted if a.cause.profiles]
 
 
+def over_time(found: Diagnosis) -> list[str]:
+    """Return those of them that vary over time, and not along the road."""
+    return [
+        a.cause.effect
+        for a in found.asserted
+        if any(p.along == "time_s" for p in a.cause.profiles.values())
+    ]
+
+
 def acting(found: Diagnosis, cause: Cause, log: int = 0) -> tuple[Array, Array]:
     """Return a varying cause's figure at a log's rows, and half its 90 % band.
 

@@ -9,8 +9,9 @@ from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.cause import ENOUGH, Cause
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
+from rcc_sim.diagnose.profile import with_acting
 from rcc_sim.diagnose.refine import Refined
-from rcc_sim.diagnose.varying import enough_of, with_acting
+from rcc_sim.diagnose.varying import enough_of
 from rcc_sim.diagnose.winner import cause_of
 
 

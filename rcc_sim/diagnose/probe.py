@@ -9,6 +9,7 @@ a prior on their size and roughness that the log itself scales.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from copy import copy
 from dataclasses import replace
 from functools import cached_property
 
@@ -64,6 +65,21 @@ class Probe:
         self.tracks = [
             i for i, w in enumerate(fit.noise) if np.any(self.signal[i][w.valid])
         ]
+
+    def as_if_none(self, acting: Mapping[int, Profile]) -> Probe:
+        """Return it for the whole of what acts, as if nothing did: to first order.
+
+        What is found anew is then linear about what acts, and not about nil.
+        """
+        problems = self.engine.problems
+        strength = {i: p.at(problems[i].coordinate(p.along)) for i, p in acting.items()}
+        tracks = zip(self.engine.tracks, self.fit.residuals, self.signal, strict=True)
+        left = [e - x * strength.get(i, 0.0) for (i, _), e, x in tracks]
+        probe = copy(self)
+        probe.fit, probe._white, probe._without = (
+            replace(self.fit, residuals=left), {}, {},
+        )  # fmt: skip
+        return probe
 
     @property
     def shares(self) -> Array:

@@ -363,11 +363,21 @@ class Problem:
 
     def with_load(self, power: Array) -> Problem:
         """The same drive with an auxiliary power [W] at each row on top."""
-        if self.charge is not None:
-            power = np.interp(self.charge.time, self.log["time_s"], power)
-        ref, steer, throttle, aux = self.drive.commands
-        commands = (ref, steer, throttle, aux + power)
+        ref, steer, throttle, aux, wind = self.drive.commands
+        commands = (ref, steer, throttle, aux + self._at_rows(power), wind)
         return replace(self, drive=replace(self.drive, commands=commands))
+
+    def in_wind(self, speed: Array) -> Problem:
+        """The same drive with a headwind [m/s] at each row on top."""
+        ref, steer, throttle, aux, wind = self.drive.commands
+        commands = (ref, steer, throttle, aux, wind + self._at_rows(speed))
+        return replace(self, drive=replace(self.drive, commands=commands))
+
+    def _at_rows(self, values: Array) -> Array:
+        """Values at the log's rows, at those of its drive."""
+        if self.charge is None:
+            return values
+        return np.interp(self.charge.time, self.log["time_s"], values)
 
 
 def by_motion(problem: Problem) -> Problem:

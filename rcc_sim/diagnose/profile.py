@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.noise import Whitener
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.strengths import Prior, likeliest
+from rcc_sim.units import unit_of
 
 Array = NDArray[np.float64]
 
@@ -150,7 +153,22 @@ def overlap(a: Array, b: Array) -> float:
 
 
 def acted_on(problem: Problem, profile: Profile) -> Problem:
-    """The same drive with a profile acting: on its road, or as a load on top."""
+    """The same drive with a profile acting: its road, a load on top, or a wind.
+
+    On a way back, slope and wind are those of the way out.
+    """
+    sign = -1.0 if problem.drive.back else 1.0
     if profile.along == "distance_m":
-        return problem.on_road(profile.knots, profile.value)
-    return problem.with_load(profile.at(problem.coordinate(profile.along)))
+        return problem.on_road(profile.knots, sign * profile.value)
+    more = profile.at(problem.coordinate(profile.along))
+    if unit_of(profile.key) == "m/s":
+        return problem.in_wind(sign * more)
+    return problem.with_load(more)
+
+
+def with_acting(engine: Engine, profiles: Mapping[int, Profile]) -> Engine:
+    """Return the same logs with profiles acting on them."""
+    problems = list(engine.problems)
+    for i, profile in profiles.items():
+        problems[i] = acted_on(problems[i], profile)
+    return Engine(problems)

@@ -36,7 +36,6 @@ from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.pulls import moved, moved_together
 from rcc_sim.diagnose.remainder import clearest, remainder, with_cut
 from rcc_sim.diagnose.sums import with_all_figures
-from rcc_sim.diagnose.switched import LOAD
 from rcc_sim.diagnose.ties import settled
 from rcc_sim.diagnose.tips import no_surer
 from rcc_sim.diagnose.verdict import (
@@ -265,11 +264,11 @@ def refuse_silent(problems: Sequence[Problem]) -> None:
 def levels_of(
     causes: Sequence[Cause], fit: Fit, stated: Mapping[str, float]
 ) -> dict[str, float]:
-    """Return the mean of each load that varies, as the mended file states it."""
+    """Return the mean of what varies over time, as the mended file states it."""
     return {
         cause.keys[0]: next(iter(estimates(fit, cause, stated).values())).value
         for cause in causes
-        if cause.effect == LOAD and cause.profiles
+        if any(p.along == "time_s" for p in cause.profiles.values())
     }
 
 

@@ -43,6 +43,13 @@ of kilometres is no slope. Of the 27 trips of two measured cars, of 3 to 60 km, 
 27 m (root mean square) and 60 m at most; other country is hillier. [m]"""
 
 
+WINDS = ("effects.headwind.speed_mps",)
+"""What blows in gusts, about a steady wind that is a figure of its own."""
+
+CALM = 0.1
+"""Mean of gusts, one sd: next to none. [m/s]"""
+
+
 @dataclass(frozen=True)
 class Prior:
     """What is expected of strengths before a log is seen.
@@ -125,8 +132,10 @@ def smooth(k: int, roughness: float = ROUGHNESS) -> Array:
 
 
 def prior_of(key: str, along: str, knots: Array, roughness: float = ROUGHNESS) -> Prior:
-    """What is expected of strengths at knots: little change, and little climb."""
+    """What is expected of strengths at knots: little change, no great climb, gusts."""
     k = len(knots)
+    if key in WINDS:
+        return Prior(smooth(k, roughness), np.full(k, 1 / (k * CALM)))
     if key not in CLIMBS or along != "distance_m":
         return Prior(smooth(k, roughness))
     climb = np.full(k, knots[1] - knots[0])

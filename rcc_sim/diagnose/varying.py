@@ -14,15 +14,18 @@ from rcc_sim.diagnose.cause import (
     PROFILE_ENOUGH,
     PROFILES,
     TIED,
+    WIND_ENOUGH,
     Cause,
 )
 from rcc_sim.diagnose.engine import MEMORY, Engine
 from rcc_sim.diagnose.fit import Fit
+from rcc_sim.diagnose.gusts import WIND, in_gusts
 from rcc_sim.diagnose.knobs import Knob, own_key
 from rcc_sim.diagnose.probe import Probe, probe_size
 from rcc_sim.diagnose.problem import Problem
-from rcc_sim.diagnose.profile import Profile, acted_on
+from rcc_sim.diagnose.profile import Profile, with_acting
 from rcc_sim.diagnose.starts import TOO_FAR
+from rcc_sim.diagnose.strengths import WINDS
 from rcc_sim.diagnose.switched import LOAD, beside_noise
 from rcc_sim.physics.effects import EFFECTS
 
@@ -136,13 +139,15 @@ def more_beside(probe: Probe, found: Mapping[int, Profile]) -> float:
         if profile.evidence > 0 and profile.coherence >= TIED:
             x = probe.engine.problems[i].coordinate(profile.along)
             nats = probe.with_noise(profile, i, x)
-            if nats > BRISK_ENOUGH:
+            if nats > (WIND_ENOUGH if probe.key in WINDS else BRISK_ENOUGH):
                 sharpened = max(sharpened, nats / profile.evidence)
     return sharpened
 
 
 def enough_of(profile: Profile) -> float:
     """Nats that a profile must gain."""
+    if profile.key in WINDS:
+        return WIND_ENOUGH
     if profile.beside_drift:
         return ENOUGH
     apart = profile.knots[1] - profile.knots[0]
@@ -183,6 +188,8 @@ def with_profile(engine: Engine, fit: Fit, cause: Cause) -> tuple[Engine, Fit, C
     Under less noise more of it shows: it is sharpened as long as it gains. It takes in
     what the same effect was found to be as a constant.
     """
+    if cause.effect == WIND:
+        return in_gusts(engine, fit, cause)
     key, along = PROFILES[cause.effect]
     about = held(fit, key)
     probe = Probe(engine, about, key, probe_size(engine, key))
@@ -263,14 +270,6 @@ def cut(
 def possible_loads(key: str) -> tuple[float, float]:
     """Return the least and the greatest load that its effect allows."""
     return EFFECTS[LOAD].param(key.rpartition(".")[2]).bounds
-
-
-def with_acting(engine: Engine, profiles: Mapping[int, Profile]) -> Engine:
-    """Return the same logs with profiles acting on them."""
-    problems = list(engine.problems)
-    for i, profile in profiles.items():
-        problems[i] = acted_on(problems[i], profile)
-    return Engine(problems)
 
 
 def more_of(

@@ -39,7 +39,7 @@ STATE: Schema = floats(
 
 INPUTS: Schema = floats(
     "v_ref", "a_ref", "throttle", "tau", "brake", "steer", "delta", "sin_delta",
-    "cos_delta", "slope", "aux",
+    "cos_delta", "slope", "aux", "wind",
 )  # fmt: skip
 """What acts on the vehicle during one step."""
 

@@ -51,13 +51,16 @@ def weigh(flow, share):
 
 
 @jit
-def look_up_inputs(p, s, u, t, rows_at, time, ref, steer, grade, slope, aux, held):
-    """Read what acts at t [s]: reference, steering, slope and auxiliary power."""
+def look_up_inputs(p, s, u, t, rows_at, drive, road):
+    """Read what acts at t [s]: reference, steering, slope, auxiliary power and wind."""
+    time, ref, steer, _, aux, wind, held = drive
+    grade, slope = road
     sampled = held_time(t, p.reference_sampling.period_s)
     s.ref_at = seek(sampled, time, s.ref_at)
     u.v_ref = command_at(sampled, time, ref, int(s.ref_at), held[0])
     u.steer = command_at(t + 0.5 * p.control.T_loop, time, steer, rows_at, held[1])
     u.aux = between(t, time, aux, rows_at)
+    u.wind = between(t, time, wind, rows_at) + p.headwind.speed_mps
     s.grade_at = seek(s.s, grade, s.grade_at)
     u.slope = between(s.s, grade, slope, int(s.grade_at)) + p.road_grade.slope
 
@@ -109,12 +112,12 @@ def run_replayed(
     """Run the vehicle along a log, one row each row of the log.
 
     P holds the parameters, work the other records, drive what was commanded at the
-    rows (time, reference, steer, throttle, auxiliary power; whether the first two
-    hold between the rows), road the slope over distance, measured the speed, current,
-    yaw rate and torque at the rows (the speed without gaps if the run is imposed; NaN
-    where nothing is known; an imposed run takes its power from the torque that was
-    measured), maps and lines as in ``run_commanded``. Means are over ``window`` [s]
-    before each row.
+    rows (time, reference, steer, throttle, auxiliary power, headwind; whether the
+    first two hold between the rows), road the slope over distance, measured the speed,
+    current, yaw rate and torque at the rows (the speed without gaps if the run is
+    imposed; NaN where nothing is known; an imposed run takes its power from the torque
+    that was measured), maps and lines as in ``run_commanded``. Means are over
+    ``window`` [s] before each row.
     ``recalls`` holds the times [s] in which state and measurement come together
     (speed, integral; infinite: never), and how long before each row the speed was what
     it then holds.
@@ -122,8 +125,7 @@ def run_replayed(
     p = P[0]
     c, s, u, f, flow = work[0][0], work[1][0], work[2][0], work[3][0], work[4][0]
     E = sinks[0]
-    time, ref, steer, throttle, aux, held = drive
-    grade, slope = road
+    time, _, _, throttle, _, _, _ = drive
     speed, current, yaw_rate, torque, accel = measured
     eta, force = maps
     late_motor, late_steer = lines
@@ -137,7 +139,7 @@ def run_replayed(
     if first != first:
         first = 0.0
     begin(p, c, s, max(first, 0.0), 0.0)
-    look_up_inputs(p, s, u, time[0], 0, time, ref, steer, grade, slope, aux, held)
+    look_up_inputs(p, s, u, time[0], 0, drive, road)
     write(c, s, u, E, flow, rows[0])
     tick = math.floor(time[0] / T + NEAR)
     start = 0.0  # an imposed run has no controller: its ticks end at the rows
@@ -160,9 +162,7 @@ def run_replayed(
             elif tick == last - 1:
                 weigh(flow, 1.0 / more)
             t = max(start + tick * T, time[0])
-            look_up_inputs(
-                p, s, u, t, before, time, ref, steer, grade, slope, aux, held
-            )
+            look_up_inputs(p, s, u, t, before, drive, road)
             angle = u.steer
             r_0 = s.r
             w_0 = s.w

@@ -106,10 +106,11 @@ def look_up_steer(s, u, steer):
 
 @jit
 def look_up_road(p, s, u, grade, aux, t, distance):
-    """Read the slope at a distance [m] and the logged auxiliary power at a time [s]."""
+    """Read slope and wind at a distance [m], the logged auxiliary power at a time."""
     s.grade_at = seek(distance, grade[0], s.grade_at)
     u.slope = between(distance, grade[0], grade[1], int(s.grade_at))
     u.slope += p.road_grade.slope
+    u.wind = p.headwind.speed_mps
     s.aux_at = seek(t, aux[0], s.aux_at)
     u.aux = between(t, aux[0], aux[1], int(s.aux_at))
 

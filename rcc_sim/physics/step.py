@@ -90,7 +90,7 @@ def resist(p, c, u, f, v, w):
     Dry friction, rolling resistance and the constant part of a road load are the
     most that they can be: a vehicle at rest moves only if it is pushed by more.
     """
-    v_air = air_speed(v, p.headwind.speed_mps)
+    v_air = air_speed(v, u.wind)
     drag = p.aerodynamic_drag
     road = p.road_load
     f.roll = rolling_force(wheel_load(c.m, u.slope), p.rolling_resistance.coefficient)

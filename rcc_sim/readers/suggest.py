@@ -33,7 +33,10 @@ MEANINGS = (
         "motor_speed_radps", "rad/s", ("motor engine rotor rpm", "speed rpm"), "fan"
     ),
     Meaning(
-        "speed_mps", "m/s", ("speed velocity vel geschwindigkeit",), "motor wheel fan"
+        "speed_mps",
+        "m/s",
+        ("speed velocity vel geschwindigkeit",),
+        "motor wheel fan wind",
     ),
     Meaning("motor_torque_nm", "N m", ("torque drehmoment",), "brake wheel target"),
     Meaning("motor_current_a", "A", ("motor", "current"), "target limit max"),
@@ -41,6 +44,7 @@ MEANINGS = (
     Meaning("battery_current_a", "A", ("current strom amps",), OF_BATTERY),
     Meaning("battery_power_w", "W", ("battery hv pack", "power"), "max limit"),
     Meaning("aux_power_w", "W", ("aux heater heating hvac ac aircon", "power")),
+    Meaning("headwind_mps", "m/s", ("headwind",)),
     Meaning("state_of_charge_percent", "%", ("soc charge",), "current power"),
     Meaning("elevation_m", "m", ("elevation altitude height alt",)),
     Meaning("slope", "1", ("slope gradient grade",)),

@@ -20,6 +20,7 @@ TITLES = {
     "battery_voltage_v": "Battery voltage",
     "battery_current_a": "Battery current",
     "aux_power_w": "Auxiliary power",
+    "headwind_mps": "Headwind",
     "accel_x_mps2": "Acceleration",
     "accel_y_mps2": "Lateral acceleration",
     "yaw_rate_radps": "Yaw rate",

@@ -20,11 +20,14 @@ SURE = 0.9
 OTHERWISE = "another car, load or road, or the way back (--back)? Diagnose it alone"
 """What may be with a log whose gap grows by what mends the others."""
 
-AS_A_DRAG = (
-    "a drag or a wind that changes with time would do about as well as the slope: an "
-    "accelerometer in the log, or the way back (--back), tells them apart"
-)
-"""What may be in place of a hill."""
+AS_A_DRAG = {
+    "road_grade": "a drag or a wind that changes with time would do about as well as "
+    "the slope: an accelerometer in the log, or the way back (--back), tells them "
+    "apart",
+    "headwind": "a drag that changes with time, or a slope, would do about as well as "
+    "the wind: an anemometer (headwind_mps) and the road's elevation tell them apart",
+}
+"""Cause that varies -> what may be in its place."""
 
 
 def doubts(found: Diagnosis) -> Iterator[tuple[str, str]]:
@@ -38,8 +41,8 @@ def doubts(found: Diagnosis) -> Iterator[tuple[str, str]]:
                 f"{rounded(one.before or 0.0, 1)} % before, "
                 f"{rounded(one.after or 0.0, 1)} % after; {OTHERWISE}",
             )
-    if any(is_a_drag_as_well(a) for a in found.asserted):
-        yield "DOUBT", AS_A_DRAG
+    for a in filter(is_a_drag_as_well, found.asserted):
+        yield "DOUBT", AS_A_DRAG[a.cause.effect]
     voltage = battery_of_another(found.gap.findings)
     many = too_many(len(found.asserted))
     if voltage:
@@ -55,9 +58,9 @@ def doubts(found: Diagnosis) -> Iterator[tuple[str, str]]:
 
 
 def is_a_drag_as_well(one: Asserted) -> bool:
-    """Tell whether a drag over time may be in the place of a hill."""
-    hill = one.cause.effect == "road_grade" and bool(one.cause.profiles)
-    return hill and one.probability < SURE
+    """Tell whether a drag over time may be in the place of a hill, or of a wind."""
+    varies = one.cause.effect in AS_A_DRAG and bool(one.cause.profiles)
+    return varies and one.probability < SURE
 
 
 def moved_figures(found: Diagnosis) -> Iterator[tuple[str, str]]:

@@ -18,7 +18,7 @@ from rcc_sim.trace import Trace
 from rcc_sim.units import G
 
 Array = NDArray[np.float64]
-Measured = tuple[Array, Array, Array, Array, Array]
+Five = tuple[Array, Array, Array, Array, Array]
 
 ROUNDING = 1e-9
 """Time within which two instants are the same. [s]"""
@@ -56,8 +56,8 @@ class Drive:
     steered : bool
         The log holds a commanded steering angle.
     commands : tuple of ndarray
-        Speed reference [m/s], steering angle [rad], throttle [1] and auxiliary power
-        [W] at the rows.
+        Speed reference [m/s], steering angle [rad], throttle [1], auxiliary power [W]
+        and headwind [m/s] at the rows.
     road : (distance, slope)
         Slope of the road [1] over distance from the first row, as the log's speeds
         make it; of a road that the file states, true. [m]
@@ -92,9 +92,9 @@ class Drive:
     time: Array
     imposed: bool
     steered: bool
-    commands: tuple[Array, Array, Array, Array]
+    commands: Five
     road: tuple[Array, Array]
-    measured: Measured
+    measured: Five
     window: float
     start: float = 0.0
     distance: Array | None = None
@@ -119,11 +119,11 @@ class Drive:
             distance = distance[rows] - distance[rows][0]
         measured = self.measured
         speed, current, yaw_rate, torque, accel = (x[rows] for x in measured)
-        ref, steer, throttle, aux = (x[rows] for x in self.commands)
+        ref, steer, throttle, aux, wind = (x[rows] for x in self.commands)
         return replace(
             self,
             time=self.time[rows],
-            commands=(ref, steer, throttle, aux),
+            commands=(ref, steer, throttle, aux, wind),
             measured=(speed, current, yaw_rate, torque, accel),
             road=road,
             distance=distance,
@@ -171,11 +171,11 @@ def drive_of(
     road, distance = _road(log, vehicle, time, speed)
     if stand:
         road, distance = ((np.zeros(1), np.zeros(1)), None)
-    ref, steer, throttle, aux, yaw_rate = (
+    ref, steer, throttle, aux, wind, yaw_rate = (
         _whole(log, time, column)
         for column in (
             *("speed_ref_mps", "steer_cmd_rad", "throttle", "aux_power_w"),
-            "yaw_rate_radps",
+            *("headwind_mps", "yaw_rate_radps"),
         )
     )
     current, torque = (
@@ -186,7 +186,7 @@ def drive_of(
         time,
         imposed,
         has(log, "steer_cmd_rad") and not stand,
-        (ref, steer, throttle, aux),
+        (ref, steer, throttle, aux, wind),
         road,
         (speed, current, yaw_rate, torque, accel),
         window,

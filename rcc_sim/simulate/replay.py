@@ -17,7 +17,7 @@ from rcc_sim.physics import record
 from rcc_sim.physics.effects import sensor_delay
 from rcc_sim.physics.replay import run_replayed
 from rcc_sim.simulate.columns import log_columns
-from rcc_sim.simulate.drive import ROUNDING, Drive, Measured
+from rcc_sim.simulate.drive import ROUNDING, Drive, Five
 from rcc_sim.simulate.own import own_terms
 from rcc_sim.simulate.run import delay_lines
 from rcc_sim.simulate.sensors import sensed_columns
@@ -168,7 +168,7 @@ def _step(time: Array, longest: float) -> float:
     return interval / max(math.ceil(interval / longest - 1e-6), 1)
 
 
-def as_true(vehicle: Vehicle, drive: Drive) -> tuple[Measured, Array]:
+def as_true(vehicle: Vehicle, drive: Drive) -> tuple[Five, Array]:
     """Return what was measured as it was, by what the vehicle's sensors make of it.
 
     And how long before each row [s] the speed was what it then holds. ``speed_mps`` is

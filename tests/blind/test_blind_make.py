@@ -151,11 +151,24 @@ def test_rough_road_has_the_spread_and_memory_that_were_asked_for():
     assert np.mean(x[lag:] * x[:-lag]) / x.var() == pytest.approx(np.exp(-1), abs=0.05)
 
 
+def test_gusts_have_the_spread_and_memory_that_were_asked_for():
+    x = drives.gusts(200_000, 3.0, 20.0, np.random.default_rng(2))
+    assert x.std() == pytest.approx(3.0, rel=0.05)
+    assert np.mean(x[20:] * x[:-20]) / x.var() == pytest.approx(np.exp(-1), abs=0.05)
+
+
+def test_a_road_that_turns_has_the_wind_from_ahead_and_from_behind():
+    x = drives.turned(600, 5.0, 100.0, np.random.default_rng(2))
+    assert set(np.unique(x)) == {-5.0, 5.0}
+    legs = np.diff(np.flatnonzero(np.diff(x)))
+    assert len(legs) >= 3 and legs.min() >= 50 and legs.max() <= 150
+
+
 def test_worth_is_that_of_a_matched_filter_in_white_noise():
     """Half the energy of the change over the noise's variance; none if tolerated."""
     n = 6000
     car = bases.BASES[2]
-    road = drives.Road(np.zeros(2), np.zeros(1), 0.0, 1.0)
+    road = drives.Road(np.zeros(2), np.zeros(1), np.zeros(1), 0.0, 1.0)
     rng = np.random.default_rng(3)
     d, _ = drives.drive(car, road, "urban", rng)
     p = bases.truth(car, car.r_w)
@@ -256,9 +269,12 @@ def test_cases_are_never_mixed_with_what_is_there(tmp_path):
     assert (tmp_path / "out" / "mine.txt").read_text() == "keep"
 
 
+WIND = "headwind.speed_mps"
+
+
 def test_effects_that_are_asked_for_act_in_each_case(tmp_path):
     """Those that are younger than the seeds of stated draws are drawn only so."""
-    asked = ["friction_brake", "regeneration_fade"]
+    asked = ["friction_brake", "regeneration_fade", "headwind"]
     kinds, out = ["single", "pair"], tmp_path / "asked"
     seal = make(out, cases=3, seed=5, kinds=kinds, effects=asked)
     labels = json.loads(seal.labels.read_text())
@@ -266,5 +282,6 @@ def test_effects_that_are_asked_for_act_in_each_case(tmp_path):
     for case in labels["cases"].values():
         assert case["family"] == "ev"  # a scaled car has no friction brakes
         assert set(case["effects"]) & set(asked)
+        assert ("headwind" in case["effects"]) == (WIND in case["profiles"])
     with pytest.raises(InputError, match="--effects: none is called 'friction_brake'"):
         make(tmp_path / "rc", cases=1, seed=5, families=["rc"], effects=asked)

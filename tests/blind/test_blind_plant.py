@@ -51,10 +51,9 @@ def programme(ref, steer=None, rows_every=0.01, dt=2.5e-4):
     n = len(ref)
     per = round(rows_every / dt)
     rows = np.arange(per, round((n - 1) * CLOCK / dt), per, dtype=np.int64)
-    none = np.zeros(n)
-    return Drive(
-        ref, none if steer is None else steer, none, np.zeros(2), 5.0, np.zeros(1), rows
-    )
+    none, nil = np.zeros(n), np.zeros(1)
+    steer = none if steer is None else steer
+    return Drive(ref, steer, none, np.zeros(2), 5.0, nil, nil, rows)
 
 
 def clock(seconds):
@@ -62,7 +61,7 @@ def clock(seconds):
 
 
 def some_drive(car, seed=1):
-    road = drives.Road(np.zeros(2), np.zeros(1), 0.03, 0.5)
+    road = drives.Road(np.zeros(2), np.zeros(1), np.zeros(1), 0.03, 0.5)
     rng = np.random.default_rng(seed)
     return drives.drive(car, road, next(iter(drives.STYLES[car.family])), rng)[0]
 
@@ -89,6 +88,16 @@ def test_the_plant_loses_no_energy_that_has_no_name(name, change):
     throughput = sum(abs(books[sink]) for sink in SINKS)
     assert throughput > 0
     assert abs(books["battery"] - spent) < 1e-5 * throughput
+
+
+def test_a_wind_by_the_clock_blows_as_the_steady_one():
+    car = CARS["slash"]
+    p, d = bases.truth(car, car.r_w)._replace(half_rho_A=0.05), some_drive(car)
+    steady, books = worth.fine(p._replace(wind=3.0), d, car.family)
+    rows, also = worth.fine(p, d._replace(wind=np.full(80, 3.0)), car.family)
+    assert np.array_equal(rows, steady) and also == books
+    calm, _ = worth.fine(p, d, car.family)
+    assert rows[:, 6].mean() > 1.05 * calm[:, 6].mean()
 
 
 @pytest.mark.parametrize("name", CARS)

@@ -10,8 +10,7 @@ from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.knobs import Knob, nuisance_knobs
 from rcc_sim.diagnose.leave_out import without_outdone
 from rcc_sim.diagnose.posed import problem_of
-from rcc_sim.diagnose.profile import Profile
-from rcc_sim.diagnose.varying import with_acting
+from rcc_sim.diagnose.profile import Profile, with_acting
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import replay
 from rcc_sim.trace import Trace

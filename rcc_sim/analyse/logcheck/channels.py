@@ -25,7 +25,7 @@ from rcc_sim.definitions.sensors import INERTIAL
 
 STILL = (
     *("slope", "elevation_m", "direction", "on_stand"),
-    *("aux_power_w", "ambient_temperature_degc"),
+    *("aux_power_w", "headwind_mps", "ambient_temperature_degc"),
 )
 """What may be constant over a whole log."""
 

@@ -1,0 +1,82 @@
+"""A wind that comes and goes: steady, and gusts about it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from rcc_sim.diagnose import descent
+from rcc_sim.diagnose.cause import PROFILES, Cause
+from rcc_sim.diagnose.engine import Engine
+from rcc_sim.diagnose.fit import Fit
+from rcc_sim.diagnose.knobs import Knob
+from rcc_sim.diagnose.probe import Probe, probe_size
+from rcc_sim.diagnose.profile import with_acting
+from rcc_sim.physics.effects import EFFECTS
+
+WIND = "headwind"
+
+STEADY = 5.0
+"""Wind along a road that blows without gusts, one sd. [m/s]"""
+
+OF_THE_AIR = (
+    "effects.aerodynamic_drag.drag_area_m2",
+    "effects.road_load.c_n_s2_per_m2",
+)
+"""What a wind acts by: in gusts, no log parts the two."""
+
+GALE = 24.0
+"""Wind along a road that is none, but something else: Beaufort 9 ends there. [m/s]"""
+
+ROUNDS, SETTLED = 6, 0.2
+"""Rounds in which gusts are found about themselves at most, and the change, in their
+sds, that is none."""
+
+
+def in_gusts(engine: Engine, fit: Fit, cause: Cause) -> tuple[Engine, Fit, Cause]:
+    """Let a wind blow in gusts, about the steady one that is likeliest without them.
+
+    A drag grows with the square of the wind, (v + w)²: what is linear about none takes
+    w + w² / 2v for w. The gusts are found anew about those that blow (Gauss and
+    Newton). Beside them neither the steady wind nor a drag area can be fitted: what
+    roughness adds where it is slow looks like gusts in a wind that is too strong, and a
+    drag area too large makes up for gusts that were smoothed.
+    """
+    key, along = PROFILES[WIND]
+    stated, size = engine.problems[0].stated(key), probe_size(engine, key)
+    about = fit.holding(key)
+    steady = Knob(key, stated, STEADY, *EFFECTS[WIND].param("speed_mps").bounds, size)
+    alone = descent.fit(engine, {key: stated} | fit.values, [*about.knobs, steady])
+    level, sd = alone.values[key] - stated, alone.sd(key)
+    x = [problem.coordinate(along) for problem in engine.problems]
+    gusts = {i: replace(p, value=0.0 * p.value) for i, p in cause.profiles.items()}
+    about = fit = alone.without([key]).holding(*OF_THE_AIR)
+    for _ in range(ROUNDS):
+        blows = with_acting(engine, {i: p.raised(level) for i, p in gusts.items()})
+        fit = descent.fit(blows, fit.values, about.knobs)
+        probe = Probe(blows, fit, key, size).as_if_none(gusts)
+        before, gusts = gusts, {}
+        for i, p in before.items():
+            n = len(p.knots)
+            found = probe.profile(i, along, x[i], n)
+            gusts[i] = probe.sharper(found, i, x[i], (n,))
+        if all(
+            np.all(np.abs(p.value - before[i].value) < SETTLED * p.sd)
+            for i, p in gusts.items()
+        ):
+            break
+    profiles = {
+        i: replace(p.raised(level), sd=np.hypot(p.sd, sd), mean_sd=sd, normal=None)
+        for i, p in gusts.items()
+    }
+    engine = with_acting(engine, profiles)
+    fit = descent.fit(engine, fit.values, about.knobs)
+    return engine, fit, replace(cause, profiles=profiles)
+
+
+def may_blow(cause: Cause) -> bool:
+    """Tell whether a cause that varies is no wind, or one that blows anywhere."""
+    return cause.effect != WIND or all(
+        np.abs(p.value).max() < GALE for p in cause.profiles.values()
+    )
