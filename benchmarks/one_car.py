@@ -94,6 +94,7 @@ def _driven(
         road = Road(
             slope=np.zeros(2),
             aux=np.zeros(1),
+            wind=np.zeros(1),
             rough=float(rng.uniform(*how.rough)),
             rough_s=float(rng.uniform(*how.rough_s)),
         )

@@ -38,7 +38,7 @@ FREE = (float("inf"), float("inf"))
 def clean_log(car: Base, seed: int, aligned: bool = False) -> Trace:
     """Return the log of one drive on a smooth road, by sensors without fault."""
     rng = np.random.default_rng(seed)
-    road = drives.Road(np.zeros(2), np.zeros(1), 0.0, 0.5)
+    road = drives.Road(np.zeros(2), np.zeros(1), np.zeros(1), 0.0, 0.5)
     styles = list(drives.STYLES[car.family])
     d = drives.drive(car, road, styles[seed % len(styles)], rng)[0]
     how = drives.TIMING[car.family]

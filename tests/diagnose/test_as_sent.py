@@ -26,7 +26,7 @@ NOISE = {
 @pytest.fixture(scope="module")
 def asked():
     """What a scaled drive with lane changes asks for, tick by tick."""
-    cycle = scale_cycle(parse_cycle("udds[20:330]"), to=CAR, of=load_vehicle("r1t"))
+    cycle = scale_cycle(parse_cycle("udds[20:140]"), to=CAR, of=load_vehicle("r1t"))
     lanes = LaneChanges(6.0)
     run = simulate(CAR, cycle.cycle, lanes=lanes, output_rate=1 / TICK).trace
     return {c: run[c] for c in ("time_s", *COMMANDS)}

@@ -42,7 +42,9 @@ def driven(p, speed, steer, path, seed):
     rows = np.arange(per_row // 2, round((len(speed) - 1) * CLOCK / dt), per_row)
     rough = drives.rough_road(len(speed), 0.03, 0.5, rng)
     level = np.zeros(2)
-    drive = drives.Drive(speed, steer, rough, level, 5.0, np.zeros(1), rows)
+    drive = drives.Drive(
+        speed, steer, rough, level, 5.0, np.zeros(1), np.zeros(1), rows
+    )
     out, _ = worth.fine(p, drive, "rc")
     read = sensors.sensed("rc", out, sensors.constants("rc", rng), rng)
     keep = np.ones(len(rows), bool)
