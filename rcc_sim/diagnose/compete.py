@@ -22,7 +22,7 @@ from rcc_sim.diagnose.couples import coupled
 from rcc_sim.diagnose.detect import least_seen, shows_likely
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
-from rcc_sim.diagnose.gusts import OF_THE_AIR, WIND, may_blow
+from rcc_sim.diagnose.gusts import OF_THE_AIR, WIND, may_blow, may_gust
 from rcc_sim.diagnose.knobs import BIAS, nuisance_knobs
 from rcc_sim.diagnose.leave_out import one_alone, without_idle, without_outdone
 from rcc_sim.diagnose.profile import overlap
@@ -131,7 +131,7 @@ def compete(
         named = {c.effect for c in candidates} - {
             c.effect for c in causes if c.profiles
         }
-        if any(key in OF_THE_AIR for c in causes for key in c.keys):
+        if not may_gust(engine, causes):
             named -= {WIND}
         varying, refuted = profile_cause(engine, current, named - outdone)
         outdone |= refuted

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -73,6 +74,16 @@ def in_gusts(engine: Engine, fit: Fit, cause: Cause) -> tuple[Engine, Fit, Cause
     engine = with_acting(engine, profiles)
     fit = descent.fit(engine, fit.values, about.knobs)
     return engine, fit, replace(cause, profiles=profiles)
+
+
+def may_gust(engine: Engine, causes: Sequence[Cause]) -> bool:
+    """Tell whether gusts are sought: where the motion drives the model.
+
+    Not beside a figure that they act by, if a cause has it. In a scaled car's commanded
+    drive what is in no library would pass for them: a wind is as fast as the car.
+    """
+    taken = any(key in OF_THE_AIR for c in causes for key in c.keys)
+    return not taken and all(p.drive.imposed for p in engine.problems)
 
 
 def may_blow(cause: Cause) -> bool:

@@ -11,7 +11,7 @@ from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.compete import free_of
 from rcc_sim.diagnose.deliver import acting, write_mended
-from rcc_sim.diagnose.gusts import may_blow
+from rcc_sim.diagnose.gusts import may_blow, may_gust
 from rcc_sim.diagnose.profile import Profile
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.diagnose.strengths import Prior, likeliest, prior_of, windows
@@ -97,3 +97,14 @@ def test_beside_gusts_no_other_drag_by_the_air_is_sought():
     load = candidate("payload", "effects.payload.mass_kg")
     assert free_of([air, load], [gusty(5.0)]) == [load]
     assert free_of([air, load], [Cause("headwind", (KEY,), 100.0)]) == [air, load]
+
+
+def test_gusts_are_sought_where_the_motion_drives_the_model():
+    def engine(*imposed):
+        drives = [SimpleNamespace(drive=SimpleNamespace(imposed=x)) for x in imposed]
+        return SimpleNamespace(problems=drives)
+
+    area = Cause("aerodynamic_drag", ("effects.aerodynamic_drag.drag_area_m2",), 50.0)
+    assert may_gust(engine(True, True), [gusty(5.0)])
+    assert not may_gust(engine(True, False), [])
+    assert not may_gust(engine(True), [area])
