@@ -29,3 +29,16 @@ def shaft_torque(t: Array, v: Array, wind: Array | float = 0.0) -> Array:
     mass, air = TRUCK["body"]["mass_kg"], v + wind
     drag = 0.5 * RHO * AREA * air * np.abs(air) + mass * G * ROLL
     return (v > 0) * (mass * np.gradient(v, t) + drag) / PER_SPEED
+
+
+def logged(
+    t: Array, v: Array, torque: Array, rng: np.random.Generator, watts: float = 200.0
+) -> dict[str, Array]:
+    """Columns of a drive: no loss but the load, and what each meter scatters by."""
+    power = torque * v * PER_SPEED + AUX
+    return {
+        "time_s": t,
+        "speed_mps": v + 0.01 * rng.normal(size=len(t)),
+        "battery_power_w": power + watts * rng.normal(size=len(t)),
+        "motor_torque_nm": torque + rng.normal(size=len(t)),
+    }

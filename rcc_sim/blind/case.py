@@ -398,14 +398,13 @@ def _profiles(
                 "distance_m": (np.arange(n) * SLOPE_STEP).tolist(),
                 "value": np.round(w.slope[:n], 7).tolist(),
             }
-        if w.aux is not None:
-            found["auxiliary_load.power_w"] = {
-                "time_s": np.arange(len(w.aux), dtype=float).tolist(),
-                "value": np.round(w.aux + p.P_aux, 4).tolist(),
-            }
-        if w.wind is not None:
-            found["headwind.speed_mps"] = {
-                "time_s": np.arange(len(w.wind), dtype=float).tolist(),
-                "value": np.round(w.wind + p.wind, 4).tolist(),
-            }
+        for figure, by_second, constant in (
+            ("auxiliary_load.power_w", w.aux, p.P_aux),
+            ("headwind.speed_mps", w.wind, p.wind),
+        ):
+            if by_second is not None:
+                found[figure] = {
+                    "time_s": np.arange(len(by_second), dtype=float).tolist(),
+                    "value": np.round(by_second + constant, 4).tolist(),
+                }
     return found

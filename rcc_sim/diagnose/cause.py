@@ -95,6 +95,11 @@ class Cause:
     cut_nats: float = 0.0
 
     @property
+    def over_time(self) -> bool:
+        """Whether it varies with the time, and not along the road."""
+        return any(p.along == "time_s" for p in self.profiles.values())
+
+    @property
     def weighed(self) -> bool:
         """Whether it varies, and was weighed together with the noise that it leaves."""
         return any(p.weighed for p in self.profiles.values())

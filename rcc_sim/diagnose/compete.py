@@ -22,13 +22,13 @@ from rcc_sim.diagnose.couples import coupled
 from rcc_sim.diagnose.detect import least_seen, shows_likely
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
-from rcc_sim.diagnose.gusts import OF_THE_AIR, WIND, may_blow, may_gust
+from rcc_sim.diagnose.gusts import OF_THE_AIR, WIND, may_blow, may_gust, nats_of_gusts
 from rcc_sim.diagnose.knobs import BIAS, nuisance_knobs
 from rcc_sim.diagnose.leave_out import one_alone, without_idle, without_outdone
 from rcc_sim.diagnose.profile import overlap
 from rcc_sim.diagnose.read_late import read_late
 from rcc_sim.diagnose.refine import Refined, contenders
-from rcc_sim.diagnose.remainder import DRAG_OVER_TIME, Remainder, gusts, remainder
+from rcc_sim.diagnose.remainder import DRAG_OVER_TIME, Remainder, remainder
 from rcc_sim.diagnose.screen import Screened
 from rcc_sim.diagnose.starts import pulled, screened
 from rcc_sim.diagnose.sums import with_all_figures
@@ -144,7 +144,7 @@ def compete(
             ranking[varying.effect] = max(ranking.get(varying.effect, 0), varying.gain)
             left = remainder(engine, current)
             if stands_out(varying, left):
-                wind = gusts(engine, current) if varying.effect == HILL else 0.0
+                wind = nats_of_gusts(engine, current) if varying.effect == HILL else 0.0
                 varying = beside_a_drag(varying, left, wind)
                 after = acting(engine, current, causes, varying)
                 if may_blow(after[2][-1]):

@@ -77,11 +77,7 @@ def varying(found: Diagnosis) -> list[str]:
 
 def over_time(found: Diagnosis) -> list[str]:
     """Return those of them that vary over time, and not along the road."""
-    return [
-        a.cause.effect
-        for a in found.asserted
-        if any(p.along == "time_s" for p in a.cause.profiles.values())
-    ]
+    return [a.cause.effect for a in found.asserted if a.cause.over_time]
 
 
 def acting(found: Diagnosis, cause: Cause, log: int = 0) -> tuple[Array, Array]:

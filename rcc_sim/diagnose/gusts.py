@@ -8,12 +8,14 @@ from dataclasses import replace
 import numpy as np
 
 from rcc_sim.diagnose import descent
+from rcc_sim.diagnose.candidates import has_needs
 from rcc_sim.diagnose.cause import PROFILES, Cause
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import Knob
 from rcc_sim.diagnose.probe import Probe, probe_size
 from rcc_sim.diagnose.profile import with_acting
+from rcc_sim.diagnose.remainder import likeliest_of
 from rcc_sim.physics.effects import EFFECTS
 
 WIND = "headwind"
@@ -26,6 +28,9 @@ OF_THE_AIR = (
     "effects.road_load.c_n_s2_per_m2",
 )
 """What a wind acts by: in gusts, no log parts the two."""
+
+COUNTS = (20, 60, 120)
+"""Knots by which a wind may follow time beside a hill: as many as that its way."""
 
 GALE = 24.0
 """Wind along a road that is none, but something else: Beaufort 9 ends there. [m/s]"""
@@ -76,6 +81,25 @@ def in_gusts(engine: Engine, fit: Fit, cause: Cause) -> tuple[Engine, Fit, Cause
     return engine, fit, replace(cause, profiles=profiles)
 
 
+def nats_of_gusts(engine: Engine, fit: Fit) -> float:
+    """Return the nats for gusts, where the motion drives the model; else none.
+
+    It is what a hill is held against, and no remainder: as often as a hill, a rough
+    road bends, too.
+    """
+    vehicle = engine.problems[0].vehicle
+    if not (is_imposed(engine) and has_needs(vehicle, EFFECTS[WIND])):
+        return 0.0
+    key, along = PROFILES[WIND]
+    probe = Probe(engine, fit, key, probe_size(engine, key))
+    return likeliest_of(probe, "wind", {along: COUNTS}).evidence
+
+
+def is_imposed(engine: Engine) -> bool:
+    """Tell whether the motion drives the model in all logs."""
+    return all(p.drive.imposed for p in engine.problems)
+
+
 def may_gust(engine: Engine, causes: Sequence[Cause]) -> bool:
     """Tell whether gusts are sought: where the motion drives the model.
 
@@ -83,7 +107,7 @@ def may_gust(engine: Engine, causes: Sequence[Cause]) -> bool:
     drive what is in no library would pass for them: a wind is as fast as the car.
     """
     taken = any(key in OF_THE_AIR for c in causes for key in c.keys)
-    return not taken and all(p.drive.imposed for p in engine.problems)
+    return not taken and is_imposed(engine)
 
 
 def may_blow(cause: Cause) -> bool:

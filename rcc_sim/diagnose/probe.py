@@ -71,8 +71,7 @@ class Probe:
 
         What is found anew is then linear about what acts, and not about nil.
         """
-        problems = self.engine.problems
-        strength = {i: p.at(problems[i].coordinate(p.along)) for i, p in acting.items()}
+        strength = self._at_rows(acting)
         tracks = zip(self.engine.tracks, self.fit.residuals, self.signal, strict=True)
         left = [e - x * strength.get(i, 0.0) for (i, _), e, x in tracks]
         probe = copy(self)
@@ -88,12 +87,14 @@ class Probe:
 
     def shares_of(self, profiles: Mapping[int, Profile]) -> Array:
         """Share of each track in what profiles change, log by log."""
-        problems = self.engine.problems
-        strength = {
-            i: p.at(problems[i].coordinate(p.along)) for i, p in profiles.items()
-        }
+        strength = self._at_rows(profiles)
         pairs = zip(self.engine.tracks, self.signal, strict=True)
         return shares([x * strength.get(i, 0.0) for (i, _), x in pairs], self.fit.noise)
+
+    def _at_rows(self, profiles: Mapping[int, Profile]) -> dict[int, Array]:
+        """Return the strength of profiles at the rows of their logs."""
+        problems = self.engine.problems
+        return {i: p.at(problems[i].coordinate(p.along)) for i, p in profiles.items()}
 
     def profile(self, log: int, along: str, x: Array, count: int) -> Profile:
         """Strengths over a coordinate x of one log, and the evidence for them."""

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.noise import Whitener
 from rcc_sim.diagnose.problem import Problem
-from rcc_sim.diagnose.strengths import Prior, likeliest
-from rcc_sim.units import unit_of
+from rcc_sim.diagnose.strengths import WINDS, Prior, likeliest
 
 Array = NDArray[np.float64]
 
@@ -161,7 +160,7 @@ def acted_on(problem: Problem, profile: Profile) -> Problem:
     if profile.along == "distance_m":
         return problem.on_road(profile.knots, sign * profile.value)
     more = profile.at(problem.coordinate(profile.along))
-    if unit_of(profile.key) == "m/s":
+    if profile.key in WINDS:
         return problem.in_wind(sign * more)
     return problem.with_load(more)
 

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.diagnose.candidates import has_needs
 from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.engine import MEMORY, Engine
 from rcc_sim.diagnose.fit import Fit
@@ -20,7 +19,6 @@ from rcc_sim.diagnose.probe import Probe, probe_size
 from rcc_sim.diagnose.problem import SINCE_BRAKING, SINCE_STANDING
 from rcc_sim.diagnose.profile import Profile, overlap
 from rcc_sim.diagnose.shapes import LATERAL, STIFFNESS
-from rcc_sim.physics.effects import EFFECTS
 
 Array = NDArray[np.float64]
 
@@ -79,9 +77,6 @@ MODELLED = ("speed_mps", *AFTER)
 
 GRIPS = {"time_s": (40, 120), "speed_mps": (16,), STEERING: (16,)}
 """What a grip may follow: a patch is short, and no noise of cornering is slow."""
-
-WIND, GUSTS = "effects.headwind.speed_mps", {"time_s": (20, 60, 120)}
-"""A wind, and by how many knots it may follow time: as many as a hill its way."""
 
 CHANGES = {
     "time_s": (4, 8, 16), STEERING: (8, 16),
@@ -209,19 +204,6 @@ def remainder(
         for r in found
     ]
     return replace(clearest(each), rivals=tuple(each))
-
-
-def gusts(engine: Engine, fit: Fit) -> float:
-    """Return the nats for a wind that blows in gusts, in drives that are imposed.
-
-    It is what a hill is held against, and no remainder: as often as a hill, a rough
-    road bends, too.
-    """
-    imposed = all(p.drive.imposed for p in engine.problems)
-    if not (imposed and has_needs(engine.problems[0].vehicle, EFFECTS["headwind"])):
-        return 0.0
-    probe = Probe(engine, fit, WIND, probe_size(engine, WIND))
-    return likeliest_of(probe, "wind", GUSTS).evidence
 
 
 def with_cut(left: Remainder, engine: Engine, fit: Fit, cause: Cause) -> Remainder:

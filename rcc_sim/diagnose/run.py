@@ -268,7 +268,7 @@ def levels_of(
     return {
         cause.keys[0]: next(iter(estimates(fit, cause, stated).values())).value
         for cause in causes
-        if any(p.along == "time_s" for p in cause.profiles.values())
+        if cause.over_time
     }
 
 

@@ -14,7 +14,7 @@ from rcc_sim.diagnose.run import diagnose
 from rcc_sim.diagnose.verdict import probability
 from rcc_sim.report.doubts import is_a_drag_as_well
 from rcc_sim.trace import Trace
-from tests.by_hand import AUX, PER_SPEED, STATED, shaft_torque
+from tests.by_hand import STATED, logged, shaft_torque
 from tests.cars import truck
 
 SLOPE = {0: SimpleNamespace(weighed=False)}
@@ -56,13 +56,7 @@ def gusty_log(seed):
         [1.2 * np.sqrt(1 - fade**2)], [1, -fade], rng.normal(size=len(t))
     )
     torque = shaft_torque(t, v, wind)
-    log = {
-        "time_s": t,
-        "speed_mps": v + 0.01 * rng.normal(size=len(t)),
-        "battery_power_w": torque * v * PER_SPEED + AUX + 200 * rng.normal(size=len(t)),
-        "motor_torque_nm": torque + rng.normal(size=len(t)),
-    }
-    return Trace(log, name="gusts")
+    return Trace(logged(t, v, torque, rng), name="gusts")
 
 
 @pytest.mark.slow

@@ -9,7 +9,7 @@ import pytest
 from rcc_sim.analyse.logged import Logged
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.trace import Trace
-from tests.by_hand import AUX, PER_SPEED, STATED, shaft_torque
+from tests.by_hand import STATED, logged, shaft_torque
 from tests.cars import truck
 
 
@@ -22,14 +22,7 @@ def log_of(kept, seed):
     v = np.convolve(np.pad(v, 10, mode="edge"), np.ones(21) / 21, mode="valid")
     torque = shaft_torque(t, v)
     torque = np.where(torque < 0, kept(v) * torque, torque)
-    power = torque * v * PER_SPEED + AUX
-    columns = {
-        "time_s": t,
-        "speed_mps": v + 0.01 * rng.normal(size=len(t)),
-        "battery_power_w": power + 150.0 * rng.normal(size=len(t)),
-        "motor_torque_nm": torque + 1.0 * rng.normal(size=len(t)),
-    }
-    return Trace(columns, name="town")
+    return Trace(logged(t, v, torque, rng, watts=150.0), name="town")
 
 
 def named(log):

@@ -16,7 +16,7 @@ from rcc_sim.diagnose.profile import Profile
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.diagnose.strengths import Prior, likeliest, prior_of, windows
 from rcc_sim.trace import Trace
-from tests.by_hand import AUX, PER_SPEED, STATED, shaft_torque
+from tests.by_hand import STATED, logged, shaft_torque
 from tests.cars import truck
 
 KEY = "effects.headwind.speed_mps"
@@ -32,12 +32,7 @@ def blown(sign=1.0, **more):
     goal = np.repeat(rng.uniform(5.0, 32.0, 40), 150)
     v = lfilter([0.008], [1, -0.992], lfilter([0.03], [1, -0.97], goal))
     torque = shaft_torque(T, v, wind)
-    log = {
-        "time_s": T,
-        "speed_mps": v + 0.01 * rng.normal(size=len(T)),
-        "battery_power_w": torque * v * PER_SPEED + AUX + 200 * rng.normal(size=len(T)),
-        "motor_torque_nm": torque + rng.normal(size=len(T)),
-    }
+    log = logged(T, v, torque, rng)
     return Logged(Trace(log | more, name="gusts"), (), None), sign * wind
 
 
