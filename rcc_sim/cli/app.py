@@ -6,6 +6,7 @@ import gc
 import os
 import sys
 from contextlib import suppress
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import Any, NoReturn
@@ -56,6 +57,7 @@ CommandError: Any = typer.BadParameter.__mro__[2]
 # of the copy of click that typer brings and does not publish
 
 
+@cache
 def command_names() -> list[str]:
     """Name every command: a file of this folder that has a ``register`` function."""
     files = {

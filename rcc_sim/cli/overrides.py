@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import difflib
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-import tomli
 import typer
 
 from rcc_sim.cli.complete import effect_names, figure_keys, own_effects
-from rcc_sim.definitions.own_effects import installed_effects
-from rcc_sim.definitions.vehicle import Vehicle, load_vehicle
 from rcc_sim.errors import InputError, did_you_mean
+
+if TYPE_CHECKING:
+    from rcc_sim.definitions.vehicle import Vehicle
 
 Set = Annotated[
     list[str] | None,
@@ -59,6 +59,8 @@ def changed_vehicle(
     files: list[str] | None = None,
 ) -> Vehicle:
     """Load a vehicle and apply --effect, --set, --with and --without to it."""
+    from rcc_sim.definitions.vehicle import load_vehicle
+
     vehicle = load_vehicle(name)
     if not (settings or added or removed or files):
         return vehicle
@@ -101,6 +103,8 @@ def _blamed(error: InputError, vehicle: Vehicle, given: dict[str, str]) -> Input
 
 
 def _setting(option: str, text: str) -> tuple[str, Any]:
+    import tomli
+
     key, equals, value = text.partition("=")
     if not equals or not key.strip() or not value.strip():
         raise InputError(f"{option} {text}: should be KEY=VALUE")
@@ -111,6 +115,8 @@ def _setting(option: str, text: str) -> tuple[str, Any]:
 
 
 def _effect(text: str, vehicle: Vehicle) -> tuple[str, dict[str, Any]]:
+    from rcc_sim.definitions.own_effects import installed_effects
+
     effect, colon, rest = text.partition(":")
     known = vehicle.known
     if effect not in known:
