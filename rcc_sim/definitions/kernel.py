@@ -283,8 +283,13 @@ def _control(vehicle: Vehicle, commanded: bool) -> dict[str, float]:
 
 
 def _driver_time(vehicle: Vehicle) -> float:
+    return DRIVER_TIMES * answering_time(vehicle)
+
+
+def answering_time(vehicle: Vehicle) -> float:
+    """Return the time in which a vehicle answers its steering, sqrt(m l / C_F). [s]"""
     C_F = vehicle.tyres.front_cornering_stiffness_n_per_rad.value
-    return DRIVER_TIMES * sqrt(vehicle.body.mass_kg.value * vehicle.wheelbase / C_F)
+    return sqrt(vehicle.body.mass_kg.value * vehicle.wheelbase / C_F)
 
 
 def _effects(vehicle: Vehicle) -> dict[str, dict[str, float]]:

@@ -3,7 +3,11 @@
 import math
 
 from rcc_sim.jit import jit
-from rcc_sim.physics.effects.tyre_relaxation import felt_slip, taken_up
+from rcc_sim.physics.effects.tyre_relaxation import (
+    felt_slip,
+    mean_taken_up,
+    taken_up,
+)
 from rcc_sim.physics.effects.tyre_saturation import tyre_force, tyre_stiffness
 
 
@@ -72,7 +76,7 @@ def corner(c, s, u, f, v, dt):
     w_F = cos * v + u.sin_delta * across
     u_R = s.v_y - c.l_R * s.r
     rolled = math.sqrt(v * v + c.v_slip * c.v_slip) * dt
-    share = taken_up(0.5 * rolled, c.sigma)
+    share = mean_taken_up(rolled, c.sigma)
     alpha_F = felt_slip(s.alpha_F, axle_slip(u_F, w_F, c.v_slip), share)
     alpha_R = felt_slip(s.alpha_R, axle_slip(u_R, v, c.v_slip), share)
     F_F = -2.0 * tyre_force(alpha_F, c.C_F, c.D_F)

@@ -6,7 +6,7 @@ from rcc_sim.physics.effects.speed_dead_zone import commands_nothing, seen_speed
 from rcc_sim.physics.effects.speed_loop import true_gain
 from rcc_sim.physics.effects.steering_backlash import with_play
 from rcc_sim.physics.effects.steering_gain import geared_angle
-from rcc_sim.physics.effects.steering_lag import lagged
+from rcc_sim.physics.effects.steering_lag import lagged, mean_lagged
 from rcc_sim.physics.effects.steering_offset import offset_angle
 from rcc_sim.physics.effects.throttle_dead_zone import felt_throttle
 from rcc_sim.physics.effects.throttle_gain import given_force
@@ -125,12 +125,14 @@ def throttle_force(p, throttle, v, force):
 def road_wheel_angle(p, c, s, command):
     """Angle [rad] of the road wheels: lag(backlash(gain · command + offset)).
 
-    The linkage ends at the vehicle's largest steering angle.
+    It is the tick's mean. The linkage ends at the vehicle's largest steering angle.
     """
     target = offset_angle(
         geared_angle(command, p.steering_gain.gain), p.steering_offset.angle_rad
     )
     target = min(max(target, -p.control.delta_max), p.control.delta_max)
     s.play = with_play(s.play, target, p.steering_backlash.width_rad)
-    s.angle = lagged(s.angle, s.play, c.steer_share)
-    return s.angle
+    lag = p.steering_lag.time_constant_s
+    was = s.angle
+    s.angle = lagged(was, s.play, c.steer_share)
+    return mean_lagged(was, s.play, c.steer_share, lag, p.control.T_loop)

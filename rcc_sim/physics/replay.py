@@ -14,7 +14,7 @@ from rcc_sim.physics.effects.motor_efficiency import ETA_MIN
 from rcc_sim.physics.effects.reference_sampling import held_time
 from rcc_sim.physics.effects.speed_dead_zone import commands_nothing
 from rcc_sim.physics.effects.steering_delay import delayed
-from rcc_sim.physics.params import LOGGED, SPEED
+from rcc_sim.physics.params import SPEED
 from rcc_sim.physics.run import (
     actuate,
     begin,
@@ -22,13 +22,7 @@ from rcc_sim.physics.run import (
     open_window,
     write,
 )
-from rcc_sim.physics.step import (
-    electrify,
-    mapped_efficiency,
-    step,
-    step_imposed,
-    step_steered,
-)
+from rcc_sim.physics.step import electrify, mapped_efficiency, step
 from rcc_sim.physics.tables import between, command_at, seek
 
 FREE = 0.98  # 1; share of the currents between the limits in which the loop is free
@@ -107,17 +101,15 @@ def speed_between(speed, accel, k, part, span):
 
 @jit
 def run_replayed(
-    P, work, drive, road, measured, maps, lines, rows, sinks, imposed, window, recalls
+    P, work, drive, road, measured, maps, lines, rows, sinks, window, recalls
 ):
     """Run the vehicle along a log, one row each row of the log.
 
     P holds the parameters, work the other records, drive what was commanded at the
     rows (time, reference, steer, throttle, auxiliary power, headwind; whether the
-    first two hold between the rows), road the slope over distance, measured the speed,
-    current, yaw rate and torque at the rows (the speed without gaps if the run is
-    imposed; NaN where nothing is known; an imposed run takes its power from the torque
-    that was measured), maps and lines as in ``run_commanded``. Means are over
-    ``window`` [s] before each row.
+    first two hold between the rows), road the slope over distance, measured the speed
+    and current at the rows (NaN where nothing is known), maps and lines as in
+    ``run_commanded``. Means are over ``window`` [s] before each row.
     ``recalls`` holds the times [s] in which state and measurement come together
     (speed, integral; infinite: never), and how long before each row the speed was what
     it then holds.
@@ -126,13 +118,12 @@ def run_replayed(
     c, s, u, f, flow = work[0][0], work[1][0], work[2][0], work[3][0], work[4][0]
     E = sinks[0]
     time, _, _, throttle, _, _, _ = drive
-    speed, current, yaw_rate, torque, accel = measured
+    speed, current = measured[:2]
     eta, force = maps
     late_motor, late_steer = lines
     recall_v, recall_i, ago = recalls
     T = p.control.T_loop
     eff = max(p.motor_efficiency.scale, ETA_MIN)
-    asked = 0.0
     r_0 = 0.0
     w_0 = 0.0
     first = speed[0]
@@ -142,13 +133,10 @@ def run_replayed(
     look_up_inputs(p, s, u, time[0], 0, drive, road)
     write(c, s, u, E, flow, rows[0])
     tick = math.floor(time[0] / T + NEAR)
-    start = 0.0  # an imposed run has no controller: its ticks end at the rows
-    if imposed:
-        start = max(time[0] - tick * T, 0.0)
     for k in range(1, len(rows)):
         rows[k] = rows[k - 1]
         t_end = time[k]
-        ends = (t_end - start) / T
+        ends = t_end / T
         last = math.floor(ends + NEAR)
         more = 1.0 + max(ends - last, 0.0)  # the tick under way, like the one before
         opened = max(ends - window / T, float(tick))
@@ -161,46 +149,28 @@ def run_replayed(
                 open_window(flow)
             elif tick == last - 1:
                 weigh(flow, 1.0 / more)
-            t = max(start + tick * T, time[0])
+            t = max(tick * T, time[0])
+            s.t = t
             look_up_inputs(p, s, u, t, before, drive, road)
             angle = u.steer
             r_0 = s.r
             w_0 = s.w
             if p.steering_delay.delay_s > 0.0:
                 angle = delayed(late_steer, tick, p.steering_delay.delay_s, T, angle)
-            if imposed:
-                actuate(p, c, s, u, 0.0, angle)
-                part = min((start + (tick + 1) * T - time[before]) / span, 1.0)
-                v_1 = max(speed_between(speed, accel, before, part, span), 0.0)
-                if p.lanes.steer == LOGGED:
-                    step_steered(p, c, s, u, f, E, flow, v_1, T)
-                else:
-                    r_1 = yaw_rate[before]
-                    r_1 += part * (yaw_rate[k] - yaw_rate[before])
-                    step_imposed(p, c, s, u, f, E, flow, v_1, r_1, T)
-                asked = u.tau
-                if torque[k] == torque[k]:
-                    u.tau = torque[k]
+            if p.control.mode == SPEED:
+                tau = speed_loop(p, c, s, u, flow)
+                delay = p.actuation_delay.delay_s
+                if delay > 0.0:
+                    tau = command_of(late_motor, tick, delay, T, tau)
             else:
-                if p.control.mode == SPEED:
-                    tau = speed_loop(p, c, s, u, flow)
-                    delay = p.actuation_delay.delay_s
-                    if delay > 0.0:
-                        tau = command_of(late_motor, tick, delay, T, tau)
-                else:
-                    s.t = t
-                    tau = obey_throttle(
-                        p, c, s, u, force, (time, throttle), late_motor, tick
-                    )
-                actuate(p, c, s, u, tau, angle)
-                step(p, c, s, u, f, E, flow, T)
+                tau = obey_throttle(
+                    p, c, s, u, force, (time, throttle), late_motor, tick
+                )
+            actuate(p, c, s, u, tau, angle)
+            step(p, c, s, u, f, E, flow, T)
             if len(eta[0]) > 1:
                 eff = mapped_efficiency(p, c, u, f, flow, eta, T)
             electrify(p, c, u, f, E, flow, eff, T)
-            if imposed and u.tau != asked:
-                flow.tau += (asked - u.tau) * T
-                if c.K_t > 0.0:
-                    flow.i_q += (asked - u.tau) / c.K_t * T
             if tick == opens:
                 weigh(flow, min(opens + 1.0 - opened, 1.0))
             if tick == last - 1:
@@ -213,14 +183,11 @@ def run_replayed(
         rows[k].r = s.r + (s.r - r_0) * (ends - tick)
         rows[k].psi = s.psi + s.r * (ends - tick) * T
         rows[k].w = max(s.w + (s.w - w_0) * (ends - tick), 0.0)
-        if imposed:
-            rows[k].v = speed[k]
-        else:
-            rows[k].v = max(s.v_x + s.a_x * (ends - tick) * T, 0.0)
-            back = min(ago[k] / span, 1.0)
-            recall(
-                p, c, s, u, rows[k], rows[k].w + back * (w_was - rows[k].w),
-                speed[k], current[k],
-                1.0 - math.exp(-span / recall_v),
-                1.0 - math.exp(-span / recall_i),
-            )  # fmt: skip
+        rows[k].v = max(s.v_x + s.a_x * (ends - tick) * T, 0.0)
+        back = min(ago[k] / span, 1.0)
+        recall(
+            p, c, s, u, rows[k], rows[k].w + back * (w_was - rows[k].w),
+            speed[k], current[k],
+            1.0 - math.exp(-span / recall_v),
+            1.0 - math.exp(-span / recall_i),
+        )  # fmt: skip

@@ -77,8 +77,15 @@ def prepare(p, c):
     )
     c.v_slip = SLIP_BLEND * math.sqrt(c.C_F * c.l / c.m)
     c.t_char = math.sqrt(c.m * c.l / c.C_F)
-    c.force_share = caught_up(p.control.T_loop, p.motor_lag.time_constant_s)
-    c.steer_share = caught_up(p.control.T_loop, p.steering_lag.time_constant_s)
+    pace(p, c, p.control.T_loop)
+
+
+@jit
+def pace(p, c, dt):
+    """Let a tick of the loop last dt [s] from here on."""
+    p.control.T_loop = dt
+    c.force_share = caught_up(dt, p.motor_lag.time_constant_s)
+    c.steer_share = caught_up(dt, p.steering_lag.time_constant_s)
 
 
 @jit

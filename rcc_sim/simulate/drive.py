@@ -9,7 +9,7 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.definitions.kernel import road_of
+from rcc_sim.definitions.kernel import answering_time, road_of
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
 from rcc_sim.simulate.road import surveyed_slope
@@ -87,6 +87,8 @@ class Drive:
         come from the other side.
     on_stand : bool
         Its wheels turn off the ground: no road acts, and they alone are moved.
+    answers : float
+        Time in which the vehicle as it is stated answers its steering. [s]
     """
 
     time: Array
@@ -105,6 +107,7 @@ class Drive:
     smear: float = 0.0
     back: bool = False
     on_stand: bool = False
+    answers: float = 0.0
 
     @property
     def turns_as_measured(self) -> bool:
@@ -199,6 +202,7 @@ def drive_of(
         smear=smear,
         back=is_back(log),
         on_stand=stand,
+        answers=answering_time(vehicle),
     )
 
 

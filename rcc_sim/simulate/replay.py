@@ -15,24 +15,32 @@ from rcc_sim.errors import InputError
 from rcc_sim.physics import params as schema
 from rcc_sim.physics import record
 from rcc_sim.physics.effects import sensor_delay
+from rcc_sim.physics.logged_motion import run_with_logged_motion
 from rcc_sim.physics.replay import run_replayed
 from rcc_sim.simulate.columns import log_columns
 from rcc_sim.simulate.drive import ROUNDING, Drive, Five
 from rcc_sim.simulate.own import own_terms
 from rcc_sim.simulate.run import delay_lines
 from rcc_sim.simulate.sensors import sensed_columns
-from rcc_sim.simulate.smooth import interval_of
 
 Array = NDArray[np.float64]
 
-STEP = 0.01
-"""Longest time step of an imposed run. [s]"""
-
-COARSE = (0.005, 0.02)
-"""Longest time steps of a commanded and of an imposed run that need only be near. [s]
+COARSE = 0.005
+"""Longest time step of a commanded run that need only be near. [s]
 
 Enough for what a change of a figure does, the error being much the same without it.
 """
+
+STEP, COARSE_STEP = 0.034, 0.1
+"""Longest time steps of an imposed run, and of one that need only be near, in times in
+which the vehicle answers its steering: the step then changes less than a hundredth of
+what noise does. [1]"""
+
+RELAXED = 0.5
+"""The same of tyres that relax, as a share: their lag asks for shorter steps. [1]"""
+
+LONGEST = 0.1
+"""Longest time step of an imposed run of any vehicle. [s]"""
 
 WHEELS = 0.03
 """Inertia of the wheels as a share of the mass (effective mass 1.03 m, SAE J1263)."""
@@ -69,7 +77,7 @@ def replay(
     substeps : int
         Runs of the loop in place of one, to see what the time step costs.
     coarse : bool
-        Take longer time steps (``COARSE``), several times as fast.
+        Take longer time steps (``COARSE``, ``COARSE_STEP``), several times as fast.
     turned : ndarray, shape (n,), or None
         True yaw rate at the rows, by another measurement than the gyro; NaN where not
         known. What the gyro shows then follows from it, not from the model. [rad/s]
@@ -97,10 +105,13 @@ def replay(
         lift(vehicle, values, WHEELS * wheels)
     control = values["control"]
     if drive.imposed:
-        control["T_loop"] = _step(drive.time, COARSE[1] if coarse else STEP)
+        share = COARSE_STEP if coarse else STEP
+        if values["tyre_relaxation"]["length_m"] and not coarse:
+            share *= RELAXED
+        control["T_loop"] = min(share * drive.answers, LONGEST)
         control["delta_max"] = control.get("delta_max", inf)
     elif coarse:
-        control["T_loop"] *= max(math.floor(COARSE[0] / control["T_loop"] + 1e-6), 1)
+        control["T_loop"] *= max(math.floor(COARSE / control["T_loop"] + 1e-6), 1)
     control["T_loop"] /= substeps
     n = len(drive.time)
     own = own_terms(vehicle)
@@ -108,22 +119,20 @@ def replay(
     record.fill(P[0], values)
     table = record.array(schema.ROW, n)
     measured, ago = as_true(vehicle, drive)
-    own.call(
-        run_replayed,
-        True,
-        P,
-        work,
+    given = (
         (drive.time, *drive.commands, drive.held),
         road_driven(vehicle, drive),
         measured,
         (efficiency_map(vehicle), force_table(vehicle)),
-        delay_lines(values),
-        table,
-        sinks,
-        drive.imposed,
-        drive.window,
-        (*recalls, ago),
     )
+    filled = (table, sinks, drive.window)
+    if drive.imposed:
+        longest = control["T_loop"]
+        own.call(run_with_logged_motion, True, P, work, *given, *filled, longest)
+    else:
+        lines = delay_lines(values)
+        back = (*recalls, ago)
+        own.call(run_replayed, True, P, work, *given, lines, *filled, back)
     c = work[0][0]
     columns = log_columns(
         vehicle,
@@ -160,12 +169,6 @@ def lift(vehicle: Vehicle, values: dict[str, dict[str, float]], wheels: float) -
     for effect, name in OF_THE_ROAD:
         values[effect][name] = 0.0
     values["payload"]["mass_kg"] = (wheels - 1.0) * values["body"]["m"]
-
-
-def _step(time: Array, longest: float) -> float:
-    """Return the time step of an imposed run: a whole part of the rows' interval."""
-    interval = interval_of(time)
-    return interval / max(math.ceil(interval / longest - 1e-6), 1)
 
 
 def as_true(vehicle: Vehicle, drive: Drive) -> tuple[Five, Array]:

@@ -121,7 +121,8 @@ def test_a_wrong_vehicle_is_asked_for_and_its_file_is_not_blamed():
     """A scaled car's drive, said to be a car's, whose mass nothing lets go so far."""
     car = load_vehicle("rcc")
     cycle = parse_cycle("udds[20:80]").time_s, parse_cycle("udds[20:80]").speed_mps / 10
-    run = simulate(car, Cycle("drive", *cycle), lanes=LaneChanges(every=3.0)).trace
+    lanes = LaneChanges(every=3.0)
+    run = simulate(car, Cycle("drive", *cycle), lanes=lanes, output_rate=25.0).trace
     columns = ("time_s", "speed_mps", "steer_cmd_rad", "yaw_rate_radps",
                "battery_voltage_v", "battery_current_a")  # fmt: skip
     log = Trace({c: run[c] for c in columns}, name="drive")

@@ -2,6 +2,7 @@
 
 from rcc_sim.jit import jit
 from rcc_sim.physics.effect import Effect, Param, Sought
+from rcc_sim.physics.effects.steering_lag import mean_lagged
 
 
 @jit
@@ -10,9 +11,7 @@ def mean_force(value, target, share, time_constant, dt):
 
     The lag makes a share of that way in dt.
     """
-    if time_constant <= 0.0:
-        return target
-    return target + (value - target) * (share * time_constant / dt)
+    return mean_lagged(value, target, share, time_constant, dt)
 
 
 EFFECT = Effect(

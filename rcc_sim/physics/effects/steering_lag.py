@@ -22,6 +22,17 @@ def lagged(value, target, share):
     return value + (target - value) * share
 
 
+@jit
+def mean_lagged(value, target, share, time_constant, dt):
+    """Mean over dt [s] of what a lag brings from a value to a target.
+
+    The lag makes a share of that way in dt.
+    """
+    if time_constant <= 0.0:
+        return target
+    return target + (value - target) * (share * time_constant / dt)
+
+
 EFFECT = Effect(
     id="steering_lag",
     title="lag of the steering servo",

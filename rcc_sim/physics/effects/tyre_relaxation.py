@@ -5,6 +5,8 @@ import math
 from rcc_sim.jit import jit
 from rcc_sim.physics.effect import Effect, Param, Sought
 
+SHORT = 1e-4  # 1; lengths rolled below which the share grows in proportion
+
 
 @jit
 def taken_up(way, length):
@@ -12,6 +14,17 @@ def taken_up(way, length):
     if length <= 0.0:
         return 1.0
     return 1.0 - math.exp(-way / length)
+
+
+@jit
+def mean_taken_up(way, length):
+    """Mean over `way` [m] of the share [1] of a change that is felt."""
+    if length <= 0.0:
+        return 1.0
+    lengths = way / length
+    if lengths < SHORT:
+        return 0.5 * lengths
+    return 1.0 + math.expm1(-lengths) / lengths
 
 
 @jit
