@@ -105,10 +105,8 @@ def replay(
         lift(vehicle, values, WHEELS * wheels)
     control = values["control"]
     if drive.imposed:
-        share = COARSE_STEP if coarse else STEP
-        if values["tyre_relaxation"]["length_m"] and not coarse:
-            share *= RELAXED
-        control["T_loop"] = min(share * drive.answers, LONGEST)
+        relaxed = values["tyre_relaxation"]["length_m"] > 0.0
+        control["T_loop"] = _longest_step(drive, coarse=coarse, relaxed=relaxed)
         control["delta_max"] = control.get("delta_max", inf)
     elif coarse:
         control["T_loop"] *= max(math.floor(COARSE / control["T_loop"] + 1e-6), 1)
@@ -169,6 +167,19 @@ def lift(vehicle: Vehicle, values: dict[str, dict[str, float]], wheels: float) -
     for effect, name in OF_THE_ROAD:
         values[effect][name] = 0.0
     values["payload"]["mass_kg"] = (wheels - 1.0) * values["body"]["m"]
+
+
+def _longest_step(drive: Drive, *, coarse: bool, relaxed: bool) -> float:
+    """Return the longest time step of an imposed run. [s]
+
+    Where the yaw rate is imposed as well, nothing answers any steering.
+    """
+    if not drive.steered:
+        return LONGEST
+    share = COARSE_STEP if coarse else STEP
+    if relaxed and not coarse:
+        share *= RELAXED
+    return min(share * drive.answers, LONGEST)
 
 
 def as_true(vehicle: Vehicle, drive: Drive) -> tuple[Five, Array]:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import replay
 from rcc_sim.trace import Trace
@@ -70,6 +71,25 @@ def test_steps_as_long_as_they_may_be_turn_as_an_integrator_does(
     known = yaw_rate(vehicle, **given)
     off = out["yaw_rate_radps"] - known
     assert np.sqrt(np.mean(off[20:] ** 2)) < most * known.std()
+
+
+def test_steps_are_no_matter_where_the_turns_were_logged_too():
+    """A town drive at 1 Hz, bends and a hill: the energy, and each row's power."""
+    town = parse_cycle("udds[0:500]")
+    columns = {
+        "time_s": town.time_s,
+        "speed_mps": town.speed_mps,
+        "yaw_rate_radps": 0.02 * town.speed_mps * np.sin(0.05 * town.time_s),
+        "slope": 0.04 * np.sin(0.02 * town.time_s),
+    }
+    vehicle = truck({"aerodynamic_drag": {"drag_area_m2": 1.0}})
+    drive = drive_of(Trace(columns, name="x"), vehicle, window=np.inf)
+    assert not drive.steered
+    power, fine = (
+        replay(vehicle, drive, substeps=k)["battery_power_w"] for k in (1, 20)
+    )
+    assert power[1:].sum() == pytest.approx(fine[1:].sum(), rel=1e-4)
+    assert np.abs(power - fine)[1:].max() < 2e-3 * np.abs(fine).max()
 
 
 def test_means_before_a_row_are_over_their_own_time_however_long_the_steps():
