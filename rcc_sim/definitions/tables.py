@@ -161,7 +161,8 @@ ADVICE = {
     "controller.mode": 'one of "speed", "torque", "throttle"',
     "controller.force_scale": "what force_n is multiplied by; its sd is what a charge "
     "that is not logged does",
-    "sensors.noise_sd": "noise of a reading",
+    "sensors.noise_sd": "noise of a reading; of elevation_m, how far heights may be "
+    "off, slowly too",
     "sensors.bias_sd": "sd of an offset that stays over a drive; a fifth of the noise "
     "where none is stated, by diagnose and gap",
     "sensors.resolution": "step between two readings; counts as noise where noise_sd "

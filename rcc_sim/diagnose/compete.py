@@ -100,10 +100,15 @@ def compete(
     engine: Engine,
     candidates: Sequence[Candidate],
     told: Callable[[str], None] = lambda _: None,
+    start: Mapping[str, float] | None = None,
 ) -> Explanation:
-    """Find the smallest set of effects that the logs ask for."""
+    """Find the smallest set of effects that the logs ask for.
+
+    ``start`` holds stated figures as they may be, to begin with.
+    """
     told("tolerances")
-    null = woken(engine, descent.fit(engine, {}, nuisance_knobs(engine.problems)))
+    knobs = nuisance_knobs(engine.problems)
+    null = woken(engine, descent.fit(engine, dict(start or {}), knobs))
     causes: list[Cause] = []
     ranking: dict[str, float] = {}
     outdone: set[str] = set()

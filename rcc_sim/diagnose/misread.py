@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from rcc_sim.analyse.logcheck.finding import Finding
+from rcc_sim.diagnose.altimeter import Wander
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import BIAS, scale_key
 from rcc_sim.diagnose.shapes import ALTIMETER, SCALE
@@ -15,10 +18,42 @@ NOTHING = 0.25
 GAINED = 3.0
 """Standard deviations of a sensor's gain from which on it is told."""
 
+STATE = "[sensors.elevation_m] noise_sd states how far heights may be off"
+WITHOUT = "--hide elevation_m does without them"
+
+WANDERS = {
+    (False, False): (
+        "may be what leaves this gap, if it is off by {}, as a satellite receiver's "
+        "are: a drag would do no better",
+        f"an accelerometer in the log tells them apart; {STATE}; {WITHOUT}",
+    ),
+    (True, False): (
+        "is off by {}, now more, now less: the accelerometer felt other slopes",
+        f"the fit takes those, the gap the heights as shown; {STATE}",
+    ),
+    (False, True): (
+        "is off by {}, if there is no drag that comes and goes",
+        "the file allows as much: the fit takes it so",
+    ),
+}
+WANDERS[True, True] = WANDERS[True, False]
+"""Whether it was felt, and is stated -> what to say of heights that are off, and what
+to do."""
+
 
 def misread(fit: Fit, log: int = 0) -> tuple[Finding, ...]:
     """Return what to say of the sensors of a log that the rest of it contradicts."""
     return climbs(fit, log) + gains(fit, log)
+
+
+def wandering(wanders: Mapping[int, Wander], log: int = 0) -> tuple[Finding, ...]:
+    """Return what to say of an altimeter that wanders, or may."""
+    if log not in wanders:
+        return ()
+    one = wanders[log]
+    what, action = WANDERS[one.is_felt, one.is_stated]
+    off = what.format(f"some {one.height:.1f} m")
+    return (Finding("wander", ALTIMETER, off, action=action, severity="warning"),)
 
 
 def gains(fit: Fit, log: int = 0) -> tuple[Finding, ...]:

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from math import inf
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rcc_sim.diagnose.altimeter import Wander, wander
 from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.engine import MEMORY, Engine
 from rcc_sim.diagnose.fit import Fit
@@ -119,6 +121,8 @@ class Remainder:
         The likeliest by each way of acting, this one among them.
     inexact : float
         Nats that a model may leave that is as exact as models are (``EXACT``).
+    heights : Wander or None
+        What an altimeter that wanders would make of it.
     """
 
     evidence: float
@@ -130,6 +134,7 @@ class Remainder:
     shares: Array = field(default_factory=lambda: np.zeros(0))
     rivals: tuple[Remainder, ...] = ()
     inexact: float = 0.0
+    heights: Wander | None = None
 
     def against(self, effect: str, shares: Array) -> float:
         """Nats of what is left in the tracks in which a cause shows itself.
@@ -160,7 +165,9 @@ class Remainder:
 
     @property
     def enough(self) -> float:
-        """Nats that chance, or the model, may leave."""
+        """Nats that chance, the model, or an altimeter may leave."""
+        if self.heights and self.heights.is_known:
+            return inf
         if self.acts_as in CORNERING:
             chance = LATERAL_ENOUGH
         elif (self.acts_as, self.follows) == DRAG_OVER_TIME:
@@ -203,7 +210,20 @@ def remainder(
         for found in engine.each(lambda form: form(), forms)
         for r in found
     ]
+    each = [as_heights(engine, fit, r) for r in each]
     return replace(clearest(each), rivals=tuple(each))
+
+
+def as_heights(engine: Engine, fit: Fit, left: Remainder) -> Remainder:
+    """Return what is left, with the heights that would be off if it is a drag."""
+    drag = left.profile
+    if (
+        drag is None
+        or not left.is_real
+        or (left.acts_as, left.follows) != DRAG_OVER_TIME
+    ):
+        return left
+    return replace(left, heights=wander(engine, fit, drag, left.evidence, left.log))
 
 
 def with_cut(left: Remainder, engine: Engine, fit: Fit, cause: Cause) -> Remainder:

@@ -19,6 +19,7 @@ from rcc_sim.analyse.logged import Logged
 from rcc_sim.analyse.offsets import OFFSETS
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose import descent
+from rcc_sim.diagnose.as_felt import as_felt
 from rcc_sim.diagnose.as_sent import as_sent
 from rcc_sim.diagnose.by_log import each_log, noise_of
 from rcc_sim.diagnose.candidates import candidates_for, size_of
@@ -30,7 +31,7 @@ from rcc_sim.diagnose.engine import MEMORY, Engine
 from rcc_sim.diagnose.experiment import next_experiments
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.hold_out import leave_shaft, proof
-from rcc_sim.diagnose.misread import misread
+from rcc_sim.diagnose.misread import misread, wandering
 from rcc_sim.diagnose.posed import problem_of
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.pulls import moved, moved_together
@@ -106,9 +107,10 @@ def diagnose(
         refuse_silent(problems)
         if offsets:
             problems = [replace(p, unzeroed=offsets) for p in problems]
-        engine = Engine(problems)
+        felt = as_felt(Engine(problems))
+        engine = felt.engine
         able = candidates_for(problems, candidates, withheld)
-        explained = partial(compete, candidates=able, told=told)
+        explained = partial(compete, candidates=able, start=felt.start, told=told)
         engine, found = as_sent(engine, explained(engine), explained)
     gaps = tuple(where)
     hidden = tuple(dict.fromkeys(c for one in logs for c in one.hidden))
@@ -159,8 +161,10 @@ def diagnose(
         shrink, before, after = proof(
             acting, engine, fit, fresh, {}, by_torque=by_torque
         )
+    wanders = {r.log: r.heights for r in left.rivals if r.heights} | felt.wanders
     gaps = tuple(
-        replace(g, findings=(*g.findings, *misread(fit, i))) for i, g in enumerate(gaps)
+        replace(g, findings=(*g.findings, *misread(fit, i), *wandering(wanders, i)))
+        for i, g in enumerate(gaps)
     )
     fit = no_surer(acting, fit, {k for c in causes for k in c.keys})
     pulls = map(abs, moved(fit, stated).values())

@@ -1,0 +1,75 @@
+"""Whether the road was as its altimeter shows, or as the accelerometer felt it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rcc_sim.diagnose import descent
+from rcc_sim.diagnose.altimeter import Wander
+from rcc_sim.diagnose.engine import Engine
+from rcc_sim.diagnose.fit import Fit
+from rcc_sim.diagnose.knobs import nuisance_knobs
+from rcc_sim.diagnose.probe import Probe, probe_size
+from rcc_sim.diagnose.profile import Profile, with_acting
+from rcc_sim.diagnose.remainder import acting_as, as_heights, carrier_of
+from rcc_sim.diagnose.strengths import CLIMBS
+from rcc_sim.diagnose.varying import WINDOW_COUNTS
+
+PASSES = 3
+"""Times that a road is set right, each time by what the last left, at most."""
+
+
+@dataclass(frozen=True)
+class Felt:
+    """Logs on the roads that were felt.
+
+    Parameters
+    ----------
+    engine : Engine
+        Those roads under the logs.
+    wanders : dict
+        Log -> by how much its heights were off, where they were.
+    start : dict
+        Stated figures as tolerances have them there, to begin with.
+    """
+
+    engine: Engine
+    wanders: dict[int, Wander]
+    start: dict[str, float]
+
+
+def as_felt(engine: Engine) -> Felt:
+    """Return the logs on the roads that were felt.
+
+    Where an altimeter that wanders (:class:`rcc_sim.diagnose.altimeter.Wander`) is what
+    tolerances leave, the road is set right by the slope that explains it, but for its
+    mean, which is a drag as well.
+    """
+    wanders: dict[int, Wander] = {}
+    start: dict[str, float] = {}
+    if not any(p.drive.climbed for p in engine.problems):
+        return Felt(engine, wanders, start)
+    for _ in range(PASSES):
+        fit = descent.fit(engine, start, nuisance_knobs(engine.problems))
+        start = fit.values
+        drags = acting_as(engine, fit, "drag", carrier_of(engine, fit, "drag"))
+        found = [as_heights(engine, fit, r) for r in drags]
+        known = {r.log: r.heights for r in found if r.heights and r.heights.is_known}
+        if not known:
+            break
+        wanders = known | wanders
+        slopes = {i: felt_slope(engine, fit, i) for i in known}
+        engine = with_acting(engine, slopes)
+    return Felt(engine, wanders, start)
+
+
+def felt_slope(engine: Engine, fit: Fit, log: int) -> Profile:
+    """Return the slope by which a log's road is off, about a mean of nil."""
+    probe = Probe(engine, fit, CLIMBS[0], probe_size(engine, CLIMBS[0]))
+    distance = engine.problems[log].distance
+    tried = [probe.profile(log, "distance_m", distance, n) for n in WINDOW_COUNTS]
+    best = max(tried, key=lambda p: p.evidence)
+    evenly = np.linspace(distance[0], distance[-1], len(distance))
+    return best.raised(-float(best.at(evenly).mean()))

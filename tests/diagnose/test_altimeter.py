@@ -1,0 +1,98 @@
+"""An altimeter that wanders is told as one, where anything tells; it is no drag."""
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from rcc_sim.analyse.logged import Logged
+from rcc_sim.definitions.cycle import parse_cycle
+from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose.run import diagnose
+from rcc_sim.report.doubts import misread_sensors
+from rcc_sim.simulate.drive import drive_of, integral_of
+from rcc_sim.simulate.replay import replay
+from rcc_sim.trace import Trace
+from rcc_sim.units import G
+
+CAR = load_vehicle("tesla_model_3")
+LOAD = "effects.auxiliary_load.power_w"
+MASS = 1830.0  # kg; of the body that a rough road pushes
+NOISE = {"speed_mps": 0.02, "battery_voltage_v": 0.2, "battery_current_a": 0.5,
+         "accel_x_mps2": 0.08, "elevation_m": 0.1}  # fmt: skip
+
+
+def slowly(rng, n, sd, seconds):
+    """What wanders with a standard deviation and over a time."""
+    k = np.exp(-0.1 / seconds)
+    return lfilter([sd * np.sqrt(1 - k * k)], [1, -k], rng.normal(size=n))
+
+
+def driven(seed, wander, seconds, car=CAR, felt=True):
+    """A drive over hills of a town, ten rows a second, and a receiver's heights."""
+    rng = np.random.default_rng(seed)
+    town = parse_cycle("udds[0:600]")
+    t = np.arange(0.0, 600.0, 0.1)
+    v = np.interp(t, town.time_s - town.time_s[0], town.speed_mps)
+    s = integral_of(t, v)
+    height = 12 * np.sin(s / 400) + 4 * np.sin(s / 130 + 1)
+    slope = 12 / 400 * np.cos(s / 400) + 4 / 130 * np.cos(s / 130 + 1)
+    road = Trace({"time_s": t, "speed_mps": v, "slope": slope}, name="road")
+    out = replay(car, drive_of(road, car))
+    rough = MASS * slowly(rng, len(t), 0.02, 0.5) * v
+    off = np.convolve(slowly(rng, len(t), wander, seconds), np.ones(50) / 50, "same")
+    volts = out["battery_voltage_v"]
+    true = {
+        "speed_mps": v,
+        "battery_voltage_v": volts,
+        "battery_current_a": (out["battery_power_w"] + rough) / volts,
+        "accel_x_mps2": np.gradient(v, t) + G * slope / np.sqrt(1 + slope**2),
+        "elevation_m": height + off,
+    }
+    seen = {c: x + rng.normal(0, NOISE[c], len(t)) for c, x in true.items()}
+    seen["speed_mps"] = np.maximum(seen["speed_mps"], 0.0)
+    if not felt:
+        del seen["accel_x_mps2"]
+    return Trace({"time_s": t} | seen, name="drive"), float(np.std(off))
+
+
+def told(log, car=CAR):
+    found = diagnose([Logged(log, (), None)], car)
+    wanders = [f for f in found.gap.findings if f.kind == "wander"]
+    return found, wanders
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("wander", "seconds"), [(0.8, 30.0), (2.0, 120.0)])
+def test_heights_that_the_accelerometer_did_not_feel_are_off(wander, seconds):
+    log, off = driven(1, wander, seconds)
+    found, (one,) = told(log)
+    assert (found.status, found.asserted) == ("no_gap", ())
+    assert "accelerometer felt" in one.what
+    assert ("DOUBT", f"elevation_m {one.what}; {one.action}") in misread_sensors(found)
+    metres = float(one.what.split("some ")[1].split(" m")[0])
+    assert 0.5 * off < metres < 3 * off
+
+
+@pytest.mark.slow
+def test_a_load_is_named_beside_them():
+    more = CAR.changed(settings={LOAD: CAR.figures()[LOAD].value + 1500.0})
+    found, wanders = told(driven(4, 1.0, 60.0, more)[0])
+    assert [a.cause.effect for a in found.asserted] == ["auxiliary_load"]
+    assert wanders
+
+
+@pytest.mark.slow
+def test_without_an_accelerometer_it_is_doubted_and_what_the_file_allows_is_none():
+    log, _ = driven(1, 2.0, 120.0, felt=False)
+    found, (one,) = told(log)
+    assert (found.status, found.asserted) == ("unexplained", ())
+    assert "a drag would do no better" in one.what
+    poor = CAR.changed(settings={"sensors.elevation_m.noise_sd": 3.0})
+    found, (one,) = told(log, poor)
+    assert (found.status, found.asserted) == ("no_gap", ())
+
+
+@pytest.mark.slow
+def test_heights_that_stay_are_not_doubted():
+    found, wanders = told(driven(3, 0.0, 60.0)[0])
+    assert (found.status, wanders) == ("no_gap", [])
