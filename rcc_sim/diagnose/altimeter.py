@@ -24,7 +24,7 @@ FAR = 10.0
 
 AS_WELL = 0.85
 """Share of a drag's nats from which on a slope explains it as well: without an
-accelerometer they differ by the loss of driving wheels alone."""
+accelerometer it gains 0.96 to 0.99 of them."""
 
 FELT = 20.0
 """Nats by which a slope must be likelier than a drag for the accelerometer to have told

@@ -53,7 +53,8 @@ def wandering(wanders: Mapping[int, Wander], log: int = 0) -> tuple[Finding, ...
     one = wanders[log]
     what, action = WANDERS[one.is_felt, one.is_stated]
     off = what.format(f"some {one.height:.1f} m")
-    return (Finding("wander", ALTIMETER, off, action=action, severity="warning"),)
+    kind = "wander" if one.is_known else "may_wander"
+    return (Finding(kind, ALTIMETER, off, action=action, severity="warning"),)
 
 
 def gains(fit: Fit, log: int = 0) -> tuple[Finding, ...]:

@@ -56,6 +56,7 @@ def verdict_of(diagnosis: Mapping[str, Any]) -> str:
     elif status == "unexplained":
         parts = [
             _unexplained(diagnosis.get("candidates") or []),
+            _unless(diagnosis.get("findings") or []),
             _gap(energy, plain=True),
         ]
     else:
@@ -81,6 +82,12 @@ def _unexplained(asked: Sequence[str]) -> str:
         return "a real gap that no effect of the library accounts for"
     names = listed([name.replace("_", " ") for name in asked], "or")
     return f"a real gap that {names} does not account for, and nothing else was asked"
+
+
+def _unless(findings: Sequence[Mapping[str, Any]]) -> str:
+    """Return which channel may be what is wrong, rather than the model."""
+    names = [str(f["channel"]) for f in findings if f["kind"] == "may_wander"]
+    return f"unless {names[0]} wanders, which nothing in the log tells" if names else ""
 
 
 def _gap(energy: Mapping[str, Any], *, plain: bool = False) -> str:

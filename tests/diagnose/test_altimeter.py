@@ -9,6 +9,7 @@ from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.report.doubts import misread_sensors
+from rcc_sim.report.verdict import verdict_of
 from rcc_sim.simulate.drive import drive_of, integral_of
 from rcc_sim.simulate.replay import replay
 from rcc_sim.trace import Trace
@@ -57,7 +58,7 @@ def driven(seed, wander, seconds, car=CAR, felt=True):
 
 def told(log, car=CAR):
     found = diagnose([Logged(log, (), None)], car)
-    wanders = [f for f in found.gap.findings if f.kind == "wander"]
+    wanders = [f for f in found.gap.findings if f.kind.endswith("wander")]
     return found, wanders
 
 
@@ -87,6 +88,7 @@ def test_without_an_accelerometer_it_is_doubted_and_what_the_file_allows_is_none
     found, (one,) = told(log)
     assert (found.status, found.asserted) == ("unexplained", ())
     assert "a drag would do no better" in one.what
+    assert "unless elevation_m wanders" in verdict_of(found.document())
     poor = CAR.changed(settings={"sensors.elevation_m.noise_sd": 3.0})
     found, (one,) = told(log, poor)
     assert (found.status, found.asserted) == ("no_gap", ())
