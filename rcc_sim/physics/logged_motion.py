@@ -10,7 +10,6 @@ import math
 from rcc_sim.jit import jit
 from rcc_sim.physics.effects.motor_efficiency import ETA_MIN
 from rcc_sim.physics.params import LOGGED
-from rcc_sim.physics.replay import speed_between
 from rcc_sim.physics.run import actuate, begin, open_window, write
 from rcc_sim.physics.step import (
     electrify,
@@ -47,6 +46,20 @@ def look_up_inputs(p, s, u, t, row, drive, road):
     at = s.s + half * s.v_x
     s.grade_at = seek(at, grade, s.grade_at)
     u.slope = between(at, grade, slope, int(s.grade_at)) + p.road_grade.slope
+
+
+@jit
+def speed_between(speed, accel, k, part, span):
+    """Speed [m/s] a part of the way from row k to the next, span [s] apart.
+
+    The acceleration runs straight from row to row; what is then missing to the next
+    row's speed is added evenly.
+    """
+    a_0 = accel[k]
+    a_1 = accel[k + 1]
+    missing = speed[k + 1] - speed[k] - 0.5 * (a_0 + a_1) * span
+    bent = (a_0 + 0.5 * (a_1 - a_0) * part) * part * span
+    return speed[k] + bent + part * missing
 
 
 @jit

@@ -86,20 +86,6 @@ def recall(p, c, s, u, row, w, v, i_q, share_v, share_i):
 
 
 @jit
-def speed_between(speed, accel, k, part, span):
-    """Speed [m/s] a part of the way from row k to the next, span [s] apart.
-
-    The acceleration runs straight from row to row; what is then missing to the next
-    row's speed is added evenly.
-    """
-    a_0 = accel[k]
-    a_1 = accel[k + 1]
-    missing = speed[k + 1] - speed[k] - 0.5 * (a_0 + a_1) * span
-    bent = (a_0 + 0.5 * (a_1 - a_0) * part) * part * span
-    return speed[k] + bent + part * missing
-
-
-@jit
 def run_replayed(
     P, work, drive, road, measured, maps, lines, rows, sinks, window, recalls
 ):
