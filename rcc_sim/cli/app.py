@@ -58,7 +58,7 @@ CommandError: Any = typer.BadParameter.__mro__[2]
 
 
 @cache
-def command_names() -> list[str]:
+def command_names() -> tuple[str, ...]:
     """Name every command: a file of this folder that has a ``register`` function."""
     files = {
         path.stem.replace("_", "-")
@@ -66,7 +66,7 @@ def command_names() -> list[str]:
         if path.stem.replace("_", "-") in ORDER
         or "\ndef register(" in path.read_text(encoding="utf-8")
     }
-    return [n for n in ORDER if n in files] + sorted(files.difference(ORDER))
+    return (*(n for n in ORDER if n in files), *sorted(files.difference(ORDER)))
 
 
 class LazyGroup(TyperGroup):
@@ -74,7 +74,7 @@ class LazyGroup(TyperGroup):
 
     def list_commands(self, ctx: Any) -> list[str]:
         """Name the commands, importing none."""
-        return command_names()
+        return list(command_names())
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         """Return one command, importing its file alone; None if there is none."""

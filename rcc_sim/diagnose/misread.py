@@ -21,24 +21,20 @@ GAINED = 3.0
 STATE = "[sensors.elevation_m] noise_sd states how far heights may be off"
 WITHOUT = "--hide elevation_m does without them"
 
-WANDERS = {
-    (False, False): (
-        "may be what leaves this gap, if it is off by {}, as a satellite receiver's "
-        "are: a drag would do no better",
-        f"an accelerometer in the log tells them apart; {STATE}; {WITHOUT}",
-    ),
-    (True, False): (
-        "is off by {}, now more, now less: the accelerometer felt other slopes",
-        f"the fit takes those, the gap the heights as shown; {STATE}",
-    ),
-    (False, True): (
-        "is off by {}, if there is no drag that comes and goes",
-        "the file allows as much: the fit takes it so",
-    ),
-}
-WANDERS[True, True] = WANDERS[True, False]
-"""Whether it was felt, and is stated -> what to say of heights that are off, and what
-to do."""
+IS_FELT = (
+    "is off by {}, now more, now less: the accelerometer felt other slopes",
+    f"the fit takes those, the gap the heights as shown; {STATE}",
+)
+IS_STATED = (
+    "is off by {}, if there is no drag that comes and goes",
+    "the file allows as much: the fit takes it so",
+)
+MAY_BE = (
+    "may be what leaves this gap, if it is off by {}, as a satellite receiver's are: "
+    "a drag would do no better",
+    f"an accelerometer in the log tells them apart; {STATE}; {WITHOUT}",
+)
+"""What to say of heights that are off, or may be, and what to do."""
 
 
 def misread(fit: Fit, log: int = 0) -> tuple[Finding, ...]:
@@ -51,7 +47,7 @@ def wandering(wanders: Mapping[int, Wander], log: int = 0) -> tuple[Finding, ...
     if log not in wanders:
         return ()
     one = wanders[log]
-    what, action = WANDERS[one.is_felt, one.is_stated]
+    what, action = IS_FELT if one.is_felt else IS_STATED if one.is_stated else MAY_BE
     off = what.format(f"some {one.height:.1f} m")
     kind = "wander" if one.is_known else "may_wander"
     return (Finding(kind, ALTIMETER, off, action=action, severity="warning"),)

@@ -66,6 +66,8 @@ class Drive:
         not known; acceleration [m/s²] that bends the speed between the rows.
     window : float
         Time before a row over which flows are averaged. [s]
+    answers : float
+        Time in which the vehicle as it is stated answers its steering. [s]
     start : float
         What the log's clock showed where ``time`` is 0. [s]
     distance : ndarray or None
@@ -87,8 +89,6 @@ class Drive:
         come from the other side.
     on_stand : bool
         Its wheels turn off the ground: no road acts, and they alone are moved.
-    answers : float
-        Time in which the vehicle as it is stated answers its steering. [s]
     """
 
     time: Array
@@ -98,6 +98,7 @@ class Drive:
     road: tuple[Array, Array]
     measured: Five
     window: float
+    answers: float
     start: float = 0.0
     distance: Array | None = None
     held: tuple[bool, bool] = (False, False)
@@ -107,7 +108,6 @@ class Drive:
     smear: float = 0.0
     back: bool = False
     on_stand: bool = False
-    answers: float = 0.0
 
     @property
     def turns_as_measured(self) -> bool:
@@ -193,6 +193,7 @@ def drive_of(
         road,
         (speed, current, yaw_rate, torque, accel),
         window,
+        answering_time(vehicle),
         start,
         distance,
         (holds(ref), holds(steer)),
@@ -202,7 +203,6 @@ def drive_of(
         smear=smear,
         back=is_back(log),
         on_stand=stand,
-        answers=answering_time(vehicle),
     )
 
 
