@@ -266,10 +266,10 @@ def _powers(simulated: dict[str, Array]) -> list[str]:
 def _kinds(
     log: Trace, drive: Drive, simulated: dict[str, Array], scale: Scale
 ) -> NDArray[np.intp]:
-    speed = drive.measured[0]
+    speed = drive.measured.speed
     if not np.isfinite(speed).any():
         speed = simulated["speed_mps"]
-    yaw = drive.measured[2] if has(log, "yaw_rate_radps") else None
+    yaw = drive.measured.yaw_rate if has(log, "yaw_rate_radps") else None
     turn = simulated["yaw_rate_radps"] if yaw is None else yaw
     return labels(drive.time, speed, turn, simulated["motor_torque_nm"], scale)
 
@@ -283,7 +283,7 @@ def _compared(
 ) -> dict[str, Array]:
     """Return measured less simulated per channel, NaN where it is not judged."""
     speed = np.where(
-        np.isfinite(drive.measured[0]), drive.measured[0], simulated["speed_mps"]
+        np.isfinite(drive.measured.speed), drive.measured.speed, simulated["speed_mps"]
     )
     moves = speed > SLOW * scale.speed
     held = stands(speed, scale) if drive.imposed else np.zeros(len(speed), bool)

@@ -89,7 +89,7 @@ def stage_gaps(
     torque = shaft_torque(log.columns, vehicle)
     rest = "mechanical" if not at_battery else "mechanical and electrical"
     if at_battery and torque is not None and now.imposed:
-        levels.append(("mechanical", *power(torqued(now, torque))))
+        levels.append(("mechanical", *power(now.known_as(torque=torque))))
         rest = "electrical"
     if not now.imposed:
         rest = f"control, {rest}"
@@ -116,13 +116,7 @@ def stage_gaps(
 
 def untorqued(drive: Drive) -> Drive:
     """Return the drive without the torque that was measured."""
-    return torqued(drive, np.full(len(drive.time), np.nan))
-
-
-def torqued(drive: Drive, torque: Array) -> Drive:
-    """Return the drive with another measured torque. [N m]"""
-    speed, current, yaw_rate, _, accel = drive.measured
-    return replace(drive, measured=(speed, current, yaw_rate, torque, accel))
+    return drive.known_as(torque=np.full(len(drive.time), np.nan))
 
 
 def _moved(log: Trace, vehicle: Vehicle, drive: Drive) -> Drive:
@@ -134,10 +128,10 @@ def _moved(log: Trace, vehicle: Vehicle, drive: Drive) -> Drive:
 
 def _yawed(drive: Drive, rows: int) -> Drive:
     """Return the drive with its measured yaw rate in place of its steering."""
-    speed, current, yaw_rate, torque, accel = drive.measured
+    speed, yaw_rate = drive.measured.speed, drive.measured.yaw_rate
     calm = moving_mean(yaw_rate, rows)
     still = speed < 0.02 * float(np.max(speed))
     if still.any():
         calm = calm - float(np.median(calm[still]))
-    measured = (speed, current, np.ascontiguousarray(calm), torque, accel)
-    return replace(drive, steered=False, measured=measured)
+    known = drive.known_as(yaw_rate=np.ascontiguousarray(calm))
+    return replace(known, steered=False)

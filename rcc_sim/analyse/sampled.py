@@ -109,12 +109,11 @@ def evened(drive: Drive) -> Drive:
     as exact. From one row to the next such a noise is twice as large in a mean since
     the row before as in an average about a row, which would seem to fit better.
     """
-    speed, current, yaw_rate, torque, _ = drive.measured
+    speed = drive.measured.speed
     if not drive.imposed or drive.smear or not np.isfinite(speed).all():
         return drive
     noise = noise_of(speed)
     if noise == 0.0:
         return drive
     calm, change, smear = without_noise(drive.time, speed, noise)
-    measured = (calm, current, yaw_rate, torque, change)
-    return replace(drive, measured=measured, smear=smear)
+    return replace(drive.known_as(speed=calm, accel=change), smear=smear)

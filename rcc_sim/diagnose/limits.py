@@ -72,9 +72,9 @@ def limits_of(problem: Problem) -> Limits:
     top = float(speed.max()) or 1.0
     command = top
     if level_column(problem) == "throttle":
-        command = float(np.nanmax(drive.commands[2])) or 1.0
+        command = float(np.nanmax(drive.commands.throttle)) or 1.0
     sees = any(c in problem.channels for c in LATERAL)
-    steer = float(np.abs(drive.commands[1]).max()) if drive.steered else 0.0
+    steer = float(np.abs(drive.commands.steer).max()) if drive.steered else 0.0
     cornered = 0.0
     if "accel_y_mps2" in log:
         cornered = float(np.nanquantile(np.abs(log["accel_y_mps2"]), 0.99))

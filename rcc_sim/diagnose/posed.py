@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from rcc_sim.analyse.charge import charge_of
 from rcc_sim.analyse.gap_energy import logged_power
-from rcc_sim.analyse.gap_stages import torqued, untorqued
+from rcc_sim.analyse.gap_stages import untorqued
 from rcc_sim.analyse.heading import TURN_RATE, measured_turn
 from rcc_sim.analyse.sampled import drive_as_sampled
 from rcc_sim.definitions.vehicle import Vehicle
@@ -65,7 +65,7 @@ def calmed(problem: Problem) -> Problem:
     tell foresees it too weakly: where a wind of 6 m/s was unknown, and its torque
     smoothed over 1.6 s, an efficiency was 2 % off.
     """
-    drive, torque = problem.drive, problem.drive.measured[3]
+    drive, torque = problem.drive, problem.drive.measured.torque
     if not problem.torqued or not is_rough(torque):
         return problem
     noise, row = sensor_noise(torque), problem.row
@@ -80,7 +80,7 @@ def calmed(problem: Problem) -> Problem:
         lost = in_common(taken, rough_part(drive.time, torque, **how))
         if rows == SMOOTHED_OVER[-1] or lost <= in_common(chance, chance):
             calm = np.where(np.isfinite(torque), torque - taken, np.nan)
-            return replace(problem, drive=torqued(drive, calm))
+            return replace(problem, drive=drive.known_as(torque=calm))
     return problem
 
 
@@ -99,15 +99,14 @@ def recalling(problem: Problem) -> Problem:
 
     The loop itself holds the model to its reference; an open-loop car would drift.
     """
-    speed, current, yaw_rate, torque, accel = problem.drive.measured
+    speed = problem.drive.measured.speed
     controller = problem.vehicle.controller
     loops = controller is not None and controller.mode == "speed"
     if problem.drive.imposed or not loops or not np.isfinite(speed).any():
         return problem
     rng = np.random.default_rng(0)
     more = speed + rng.normal(0.0, sensor_noise(speed), len(speed))
-    measured = (more, current, yaw_rate, torque, accel)
-    noisier = replace(problem, drive=replace(problem.drive, measured=measured))
+    noisier = replace(problem, drive=problem.drive.known_as(speed=more))
     judged = [c for c in problem.channels if c != "speed_mps"]
     noise = {c: sensor_noise(problem.log[c]) for c in judged}
     gentle, integral = RECALLS

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from rcc_sim.analyse.charge import Charge, battery_energy
 from rcc_sim.analyse.gap_regimes import HELD, Scale, moving_mean, rows_in, stands
-from rcc_sim.analyse.gap_stages import torqued, untorqued
+from rcc_sim.analyse.gap_stages import untorqued
 from rcc_sim.analyse.heading import TURN_RATE, turn_rate
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.lateness import lateness
@@ -214,8 +214,8 @@ class Problem:
 
     def by_true_torque(self, gain: float) -> Problem:
         """Return the log with its measured torque, which reads so much too much."""
-        torque = self.drive.measured[3] / (1 + gain)
-        return replace(self, drive=torqued(self.drive, torque)) if gain else self
+        torque = self.drive.measured.torque / (1 + gain)
+        return replace(self, drive=self.drive.known_as(torque=torque)) if gain else self
 
     def by_felt_road(self, gain: float) -> Problem:
         """Return the log on the road that was felt: of its slopes so much is not there.
@@ -284,7 +284,7 @@ class Problem:
     @property
     def driven_speed(self) -> Array:
         """Speed at the drive's rows: measured, else the nominal model's, else 0."""
-        speed = np.abs(self.drive.measured[0])
+        speed = np.abs(self.drive.measured.speed)
         if not (self.drive.imposed or np.isfinite(speed).all()):
             speed = np.where(np.isfinite(speed), speed, self.nominal["speed_mps"])
         return np.where(np.isfinite(speed), speed, 0.0)
@@ -346,7 +346,7 @@ class Problem:
     @property
     def torqued(self) -> bool:
         """Whether power follows from a torque that was measured."""
-        _, _, _, torque, _ = self.drive.measured
+        torque = self.drive.measured.torque
         return self.drive.imposed and bool(np.isfinite(torque).any())
 
     @property
@@ -363,15 +363,13 @@ class Problem:
 
     def with_load(self, power: Array) -> Problem:
         """The same drive with an auxiliary power [W] at each row on top."""
-        ref, steer, throttle, aux, wind = self.drive.commands
-        commands = (ref, steer, throttle, aux + self._at_rows(power), wind)
-        return replace(self, drive=replace(self.drive, commands=commands))
+        aux = self.drive.commands.aux + self._at_rows(power)
+        return replace(self, drive=self.drive.commanded(aux=aux))
 
     def in_wind(self, speed: Array) -> Problem:
         """The same drive with a headwind [m/s] at each row on top."""
-        ref, steer, throttle, aux, wind = self.drive.commands
-        commands = (ref, steer, throttle, aux, wind + self._at_rows(speed))
-        return replace(self, drive=replace(self.drive, commands=commands))
+        wind = self.drive.commands.wind + self._at_rows(speed)
+        return replace(self, drive=self.drive.commanded(wind=wind))
 
     def _at_rows(self, values: Array) -> Array:
         """Values at the log's rows, at those of its drive."""

@@ -104,9 +104,8 @@ def bends_of(problem: Problem) -> dict[str, list[Array]]:
     drive = problem.drive
     if not (drive.imposed and drive.steered) or problem.charge is not None:
         return {}
-    ref, steer, throttle, aux, wind = drive.commands
-    straight = (ref, np.zeros_like(steer), throttle, aux, wind)
-    on = replace(problem, drive=replace(drive, commands=straight)).predict({})
+    straight = drive.commanded(steer=np.zeros_like(drive.commands.steer))
+    on = replace(problem, drive=straight).predict({})
     unmoved = (*LATERAL, "accel_x_mps2")
     drag = [
         np.nan_to_num(problem.nominal[c] - on[c]) * (c not in unmoved)

@@ -35,14 +35,14 @@ def look_up_inputs(p, s, u, t, row, drive, road):
 
     That is steering, late by its dead time, slope, auxiliary power and wind.
     """
-    time, _, steer, _, aux, wind, held = drive
+    time, commands, held = drive
     grade, slope = road
     half = 0.5 * p.control.T_loop
     asked = t + half - p.steering_delay.delay_s
     s.steer_at = seek(asked, time, s.steer_at)
-    u.steer = command_at(asked, time, steer, int(s.steer_at), held[1])
-    u.aux = between(t + half, time, aux, row)
-    u.wind = between(t + half, time, wind, row) + p.headwind.speed_mps
+    u.steer = command_at(asked, time, commands.steer, int(s.steer_at), held[1])
+    u.aux = between(t + half, time, commands.aux, row)
+    u.wind = between(t + half, time, commands.wind, row) + p.headwind.speed_mps
     at = s.s + half * s.v_x
     s.grade_at = seek(at, grade, s.grade_at)
     u.slope = between(at, grade, slope, int(s.grade_at)) + p.road_grade.slope
@@ -68,24 +68,24 @@ def run_with_logged_motion(
 ):
     """Run the vehicle at the speeds of a log, one row each row of the log.
 
-    P holds the parameters, work the other records, drive what was commanded at the
-    rows (time, reference, steer, throttle, auxiliary power, headwind; whether the
-    first two hold between the rows), road the slope over distance, measured the speed
-    (without gaps), current, yaw rate and torque at the rows, and the acceleration that
-    bends the speed between them; maps as in ``run_commanded``. Where a torque was
-    measured the power is of that, not of the one that the motion takes. Means are
-    over ``window`` [s] before each row; no step is longer than ``longest`` [s].
+    P holds the parameters, work the other records, drive the rows' times, what was
+    commanded at them, and whether reference and steering hold between them, road the
+    slope over distance, measured the speed without gaps; maps as in ``run_commanded``.
+    Where a torque was measured the power is of that, not of the one that the motion
+    takes. Means are over ``window`` [s] before each row; no step is longer than
+    ``longest`` [s].
     """
     p = P[0]
     c, s, u, f, flow = work[0][0], work[1][0], work[2][0], work[3][0], work[4][0]
     E = sinks[0]
-    time, steer = drive[0], drive[2]
-    speed, _, yaw_rate, torque, accel = measured
+    time, commands, _ = drive
+    speed, torque = measured.speed, measured.torque
+    yaw_rate, accel = measured.yaw_rate, measured.accel
     eta = maps[0]
     eff = max(p.motor_efficiency.scale, ETA_MIN)
     begin(p, c, s, max(speed[0], 0.0), 0.0)
     look_up_inputs(p, s, u, time[0], 0, drive, road)
-    u.steer = steer[0]
+    u.steer = commands.steer[0]
     write(c, s, u, E, flow, rows[0])
     for k in range(1, len(rows)):
         rows[k] = rows[k - 1]

@@ -47,14 +47,15 @@ def weigh(flow, share):
 @jit
 def look_up_inputs(p, s, u, t, rows_at, drive, road):
     """Read what acts at t [s]: reference, steering, slope, auxiliary power and wind."""
-    time, ref, steer, _, aux, wind, held = drive
+    time, commands, held = drive
     grade, slope = road
     sampled = held_time(t, p.reference_sampling.period_s)
     s.ref_at = seek(sampled, time, s.ref_at)
-    u.v_ref = command_at(sampled, time, ref, int(s.ref_at), held[0])
-    u.steer = command_at(t + 0.5 * p.control.T_loop, time, steer, rows_at, held[1])
-    u.aux = between(t, time, aux, rows_at)
-    u.wind = between(t, time, wind, rows_at) + p.headwind.speed_mps
+    u.v_ref = command_at(sampled, time, commands.ref, int(s.ref_at), held[0])
+    half = 0.5 * p.control.T_loop
+    u.steer = command_at(t + half, time, commands.steer, rows_at, held[1])
+    u.aux = between(t, time, commands.aux, rows_at)
+    u.wind = between(t, time, commands.wind, rows_at) + p.headwind.speed_mps
     s.grade_at = seek(s.s, grade, s.grade_at)
     u.slope = between(s.s, grade, slope, int(s.grade_at)) + p.road_grade.slope
 
@@ -91,20 +92,18 @@ def run_replayed(
 ):
     """Run the vehicle along a log, one row each row of the log.
 
-    P holds the parameters, work the other records, drive what was commanded at the
-    rows (time, reference, steer, throttle, auxiliary power, headwind; whether the
-    first two hold between the rows), road the slope over distance, measured the speed
-    and current at the rows (NaN where nothing is known), maps and lines as in
-    ``run_commanded``. Means are over ``window`` [s] before each row.
-    ``recalls`` holds the times [s] in which state and measurement come together
-    (speed, integral; infinite: never), and how long before each row the speed was what
-    it then holds.
+    P holds the parameters, work the other records, drive the rows' times, what was
+    commanded at them, and whether reference and steering hold between them, road the
+    slope over distance, maps and lines as in ``run_commanded``. Means are over
+    ``window`` [s] before each row. ``recalls`` holds the times [s] in which state and
+    measurement come together (speed, integral; infinite: never), and how long before
+    each row the speed was what it then holds.
     """
     p = P[0]
     c, s, u, f, flow = work[0][0], work[1][0], work[2][0], work[3][0], work[4][0]
     E = sinks[0]
-    time, _, _, throttle, _, _, _ = drive
-    speed, current = measured[:2]
+    time, commands, _ = drive
+    speed, current = measured.speed, measured.current
     eta, force = maps
     late_motor, late_steer = lines
     recall_v, recall_i, ago = recalls
@@ -150,7 +149,7 @@ def run_replayed(
                     tau = command_of(late_motor, tick, delay, T, tau)
             else:
                 tau = obey_throttle(
-                    p, c, s, u, force, (time, throttle), late_motor, tick
+                    p, c, s, u, force, (time, commands.throttle), late_motor, tick
                 )
             actuate(p, c, s, u, tau, angle)
             step(p, c, s, u, f, E, flow, T)

@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from rcc_sim.definitions.kernel import answering_time, road_of
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
+from rcc_sim.physics.rows import Commands, Measured
 from rcc_sim.simulate.road import surveyed_slope
 from rcc_sim.simulate.smooth import HOLE, interval_of, smoothed
 from rcc_sim.trace import Trace
 from rcc_sim.units import G
 
 Array = NDArray[np.float64]
-Five = tuple[Array, Array, Array, Array, Array]
 
 ROUNDING = 1e-9
 """Time within which two instants are the same. [s]"""
@@ -55,15 +55,13 @@ class Drive:
         The measured motion drives it, not the log's commands.
     steered : bool
         The log holds a commanded steering angle.
-    commands : tuple of ndarray
-        Speed reference [m/s], steering angle [rad], throttle [1], auxiliary power [W]
-        and headwind [m/s] at the rows.
+    commands : Commands
+        What was asked of it and acted on it at the rows.
     road : (distance, slope)
         Slope of the road [1] over distance from the first row, as the log's speeds
         make it; of a road that the file states, true. [m]
-    measured : tuple of ndarray
-        Speed [m/s], motor current [A], yaw rate [rad/s], motor torque [N m], NaN where
-        not known; acceleration [m/s²] that bends the speed between the rows.
+    measured : Measured
+        What its sensors say at the rows.
     window : float
         Time before a row over which flows are averaged. [s]
     answers : float
@@ -94,9 +92,9 @@ class Drive:
     time: Array
     imposed: bool
     steered: bool
-    commands: Five
+    commands: Commands
     road: tuple[Array, Array]
-    measured: Five
+    measured: Measured
     window: float
     answers: float
     start: float = 0.0
@@ -120,18 +118,23 @@ class Drive:
         if distance is not None:
             road = (road[0] - distance[rows][0], road[1])
             distance = distance[rows] - distance[rows][0]
-        measured = self.measured
-        speed, current, yaw_rate, torque, accel = (x[rows] for x in measured)
-        ref, steer, throttle, aux, wind = (x[rows] for x in self.commands)
         return replace(
             self,
             time=self.time[rows],
-            commands=(ref, steer, throttle, aux, wind),
-            measured=(speed, current, yaw_rate, torque, accel),
+            commands=Commands(*(x[rows] for x in self.commands)),
+            measured=Measured(*(x[rows] for x in self.measured)),
             road=road,
             distance=distance,
             unseen=None if self.unseen is None else self.unseen[rows],
         )
+
+    def commanded(self, **other: Array) -> Drive:
+        """Return the drive with some other commands, by their names."""
+        return replace(self, commands=self.commands._replace(**other))
+
+    def known_as(self, **other: Array) -> Drive:
+        """Return the drive with something else measured, by its name."""
+        return replace(self, measured=self.measured._replace(**other))
 
 
 def drive_of(
@@ -189,9 +192,9 @@ def drive_of(
         time,
         imposed,
         has(log, "steer_cmd_rad") and not stand,
-        (ref, steer, throttle, aux, wind),
+        Commands(ref, steer, throttle, aux, wind),
         road,
-        (speed, current, yaw_rate, torque, accel),
+        Measured(speed, current, yaw_rate, torque, accel),
         window,
         answering_time(vehicle),
         start,

@@ -17,8 +17,9 @@ from rcc_sim.physics import record
 from rcc_sim.physics.effects import sensor_delay
 from rcc_sim.physics.logged_motion import run_with_logged_motion
 from rcc_sim.physics.replay import run_replayed
+from rcc_sim.physics.rows import Measured
 from rcc_sim.simulate.columns import log_columns
-from rcc_sim.simulate.drive import ROUNDING, Drive, Five
+from rcc_sim.simulate.drive import ROUNDING, Drive
 from rcc_sim.simulate.own import own_terms
 from rcc_sim.simulate.run import delay_lines
 from rcc_sim.simulate.sensors import sensed_columns
@@ -118,7 +119,7 @@ def replay(
     table = record.array(schema.ROW, n)
     measured, ago = as_true(vehicle, drive)
     given = (
-        (drive.time, *drive.commands, drive.held),
+        (drive.time, drive.commands, drive.held),
         road_driven(vehicle, drive),
         measured,
         (efficiency_map(vehicle), force_table(vehicle)),
@@ -182,7 +183,7 @@ def _longest_step(drive: Drive, *, coarse: bool, relaxed: bool) -> float:
     return min(share * drive.answers, LONGEST)
 
 
-def as_true(vehicle: Vehicle, drive: Drive) -> tuple[Five, Array]:
+def as_true(vehicle: Vehicle, drive: Drive) -> tuple[Measured, Array]:
     """Return what was measured as it was, by what the vehicle's sensors make of it.
 
     And how long before each row [s] the speed was what it then holds. ``speed_mps`` is
@@ -199,7 +200,7 @@ def as_true(vehicle: Vehicle, drive: Drive) -> tuple[Five, Array]:
     speed, current, yaw_rate, torque, accel = drive.measured
     if rolled != 1.0:
         speed, accel = speed * rolled, accel * rolled
-    measured = (
+    measured = Measured(
         earlier(drive, speed, of_speed),
         earlier(drive, current, of_motor),
         earlier(drive, yaw_rate, of_yaw),

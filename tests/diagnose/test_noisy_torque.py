@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rcc_sim.analyse.gap_stages import torqued
+from rcc_sim.analyse.gap_stages import untorqued
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.posed import calmed, problem_of
@@ -27,7 +27,7 @@ def problem(noise, lost=0):
 
 
 def off(problem):
-    return float(np.nanstd(problem.drive.measured[3] - TRUE - WIND))
+    return float(np.nanstd(problem.drive.measured.torque - TRUE - WIND))
 
 
 def test_its_noise_goes_and_what_the_motion_does_not_tell_stays():
@@ -39,12 +39,12 @@ def test_its_noise_goes_and_what_the_motion_does_not_tell_stays():
 def test_a_torque_without_noise_stays_as_it_is():
     clean = problem(0.0)
     np.testing.assert_allclose(
-        calmed(clean).drive.measured[3], clean.drive.measured[3], atol=1e-6
+        calmed(clean).drive.measured.torque, clean.drive.measured.torque, atol=1e-6
     )
 
 
 def test_rows_without_a_torque_stay_without():
-    known = np.isfinite(calmed(problem(8.0, lost=50)).drive.measured[3])
+    known = np.isfinite(calmed(problem(8.0, lost=50)).drive.measured.torque)
     assert not known[:50].any() and known[50:].all()
 
 
@@ -54,7 +54,7 @@ def test_what_is_compared_is_what_was_logged():
     np.testing.assert_array_equal(
         posed.log["motor_torque_nm"], rough["motor_torque_nm"]
     )
-    still = torqued(posed.drive, np.full(len(rough), np.nan))
+    still = untorqued(posed.drive)
     assert calmed(Problem(CAR, rough, still)).drive is still
 
 
@@ -65,6 +65,6 @@ def test_gusts_that_are_less_than_the_noise_are_not_smoothed_away(seed):
     noise = np.random.default_rng(seed).normal(0, 8.0, len(TRUE))
     log = Trace(COLUMNS | {"motor_torque_nm": TRUE + gusts + noise}, name="log")
     drive = drive_of(log, CAR, np.inf)
-    calm = calmed(Problem(CAR, log, drive)).drive.measured[3]
+    calm = calmed(Problem(CAR, log, drive)).drive.measured.torque
     assert np.std(calm - TRUE - gusts) < 0.8 * 8.0
     assert gusts @ (calm - TRUE) / (gusts @ gusts) > 0.9
