@@ -4,7 +4,11 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: demo test bench clean
+# The tests themselves keep the cores busy; processes that they start find their
+# modules compiled.
+PYTEST := OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 PYTHONDONTWRITEBYTECODE= $(BIN)/pytest
+
+.PHONY: demo test thorough bench clean
 
 demo: $(STAMP)
 	$(BIN)/rccsim demo
@@ -14,7 +18,10 @@ test: $(STAMP)
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
-	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest  # the tests themselves keep the cores busy
+	$(PYTEST)
+
+thorough: $(STAMP)
+	$(PYTEST) -m thorough
 
 bench: $(STAMP)
 	$(BIN)/python -m pip install --quiet --editable '.[bench]'

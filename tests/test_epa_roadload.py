@@ -59,9 +59,10 @@ def test_a_half_is_predicted_with_a_charger_fitted_on_the_other(tests, battery, 
 @WITH_DATA
 def test_the_stated_figures_predict_better_than_fastsims(tests, battery):
     pytest.importorskip("fastsim", minversion="3.1", reason="needs FASTSim 3")
-    theirs = epa_fastsim.battery_energies(tests)
-    ours = mean_error(tests, battery, epa.CHARGER)
-    assert ours < mean_error(tests, theirs, epa_fastsim.CHARGER)
+    some = np.arange(len(tests)) % 4 == 0  # theirs takes long; the benchmark has all
+    theirs = epa_fastsim.battery_energies(tests[some])
+    ours = mean_error(tests[some], battery[some], epa.CHARGER)
+    assert ours < mean_error(tests[some], theirs, epa_fastsim.CHARGER)
 
 
 def test_a_lossless_car_needs_its_road_load_and_no_more(monkeypatch):

@@ -67,15 +67,16 @@ def _words(process):
         return []
 
 
-def enough(killed):
-    """Whether a dozen were killed, and of each kind some."""
-    return sum(killed.values()) >= 12 and min(killed.values()) >= 4
+def enough(killed, many):
+    """Whether so many were killed, and of each kind a third."""
+    return sum(killed.values()) >= many and 3 * min(killed.values()) >= many
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="there are no such signals")
 @pytest.mark.parametrize("command", COMMANDS)
-def test_a_dozen_kills_at_random_lose_and_double_nothing(tmp_path, command):
+@pytest.mark.parametrize("many", [4, pytest.param(12, marks=pytest.mark.thorough)])
+def test_kills_at_random_lose_and_double_nothing(tmp_path, command, many):
     if command == "fleet":
         written(tmp_path / "logs")
     undisturbed = started(command, tmp_path / "whole", jobs=1)
@@ -85,7 +86,7 @@ def test_a_dozen_kills_at_random_lose_and_double_nothing(tmp_path, command):
     killed = {"main": 0, "worker": 0}
     out = tmp_path / "out"
     for _ in range(MOST):  # which of them a signal meets is the machine's affair
-        if enough(killed):
+        if enough(killed, many):
             break
         process = started(command, out, jobs=2)
         before, until = len(parts(out)), time.monotonic() + 60
@@ -111,7 +112,7 @@ def test_a_dozen_kills_at_random_lose_and_double_nothing(tmp_path, command):
         done = parts(out)
         assert all(done[name] == whole[name] for name in done)
         if len(done) == len(whole):
-            if not enough(killed):
+            if not enough(killed, many):
                 for name in list(done)[::2]:  # there is more to lose
                     (out / name).unlink()
     else:

@@ -29,7 +29,7 @@ def rolling():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [2, 9])
+@pytest.mark.parametrize("seed", [pytest.param(2, marks=pytest.mark.thorough), 9])
 def test_a_threshold_at_a_launch_parts_no_tie(rolling, seed, tmp_path):
     """Two of ten in which a dead zone that was taken along hid one, or both."""
     car, run = rolling

@@ -52,7 +52,10 @@ def problem_with(settings: dict[str, float]) -> Problem:
     [
         ("effects.current_sensor_scale.scale", 0.92, 0.98),
         ("effects.payload.mass_kg", 0.3, 0.05),
-        ("effects.rear_cornering_stiffness.scale", 0.8, 0.95),
+        pytest.param(
+            *("effects.rear_cornering_stiffness.scale", 0.8, 0.95),
+            marks=pytest.mark.thorough,
+        ),
     ],
 )
 def test_a_fit_ends_as_high_from_afar_as_from_the_truth(key, true, start):

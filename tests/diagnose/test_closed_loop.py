@@ -64,7 +64,11 @@ def commanded(path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("true", "other"), [("payload", "rotor_inertia"), ("rotor_inertia", "payload")]
+    ("true", "other"),
+    [
+        pytest.param("payload", "rotor_inertia", marks=pytest.mark.thorough),
+        ("rotor_inertia", "payload"),
+    ],
 )
 def test_the_proposed_run_breaks_the_tie_whichever_is_true(true, other, tmp_path):
     (tmp_path / "car.toml").write_text(vehicle_text("car", CAR, ()))
@@ -132,7 +136,13 @@ def off_the_ground(p):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("true", ["rolling_resistance", "drivetrain_friction"])
+@pytest.mark.parametrize(
+    "true",
+    [
+        "rolling_resistance",
+        pytest.param("drivetrain_friction", marks=pytest.mark.thorough),
+    ],
+)
 def test_tyres_and_bearings_are_told_by_wheels_off_the_ground(true, tmp_path):
     (tmp_path / "car.toml").write_text(vehicle_text("car", bases.BASES[0], ()))
     car, p = load_vehicle(tmp_path / "car.toml"), dragged(true)

@@ -60,7 +60,7 @@ def test_rows_across_a_hole_are_no_mean():
 
 def test_a_delay_is_found_at_a_thousand_rows_a_second():
     car = load_vehicle("rcc")
-    cycle = scale_cycle(parse_cycle("udds[20:160]"), to=car, of=load_vehicle("r1t"))
+    cycle = scale_cycle(parse_cycle("udds[20:90]"), to=car, of=load_vehicle("r1t"))
     late = car.changed(settings={"effects.steering_delay.delay_s": 0.06})
     run = simulate(late, cycle.cycle, lanes=LaneChanges(2.0), output_rate=1000.0).trace
     rng = np.random.default_rng(1)

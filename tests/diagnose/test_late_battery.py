@@ -42,7 +42,9 @@ def late_log(folder, rows: int, seed: int, corner_s: float = 1.0):
     return open_log(path, CAR)
 
 
-@pytest.mark.parametrize("rows", [3, 8, -4, -10])
+@pytest.mark.parametrize(
+    "rows", [3, 8, -4, pytest.param(-10, marks=pytest.mark.thorough)]
+)
 def test_the_delay_is_found_and_nothing_else(tmp_path, rows):
     found = diagnose([late_log(tmp_path, rows, seed=abs(rows))], CAR).document()
     (cause,) = found["causes"]

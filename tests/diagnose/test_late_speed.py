@@ -15,7 +15,7 @@ def driven():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("delay", [0.1, 0.2])
+@pytest.mark.parametrize("delay", [0.1, pytest.param(0.2, marks=pytest.mark.thorough)])
 def test_a_late_speed_is_told_from_a_late_motor(driven, delay, tmp_path):
     """Its delay is that by which the readings were shifted."""
     car, run = driven
@@ -33,7 +33,10 @@ READ = [c for c in NOISE if c not in ("time_s", "speed_ref_mps", "steer_cmd_rad"
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "delay", "late"),
-    [("delay_s", 0.03, READ), ("motor_current_delay_s", 0.03, ["motor_current_a"])],
+    [
+        pytest.param("delay_s", 0.03, READ, marks=pytest.mark.thorough),
+        ("motor_current_delay_s", 0.03, ["motor_current_a"]),
+    ],
 )
 def test_what_all_sensors_or_the_motor_s_are_late_by_is_told(
     driven, name, delay, late, tmp_path

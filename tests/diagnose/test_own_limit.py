@@ -34,7 +34,14 @@ TRUE = 1.9
 
 
 @pytest.mark.parametrize(
-    "sought", ["", ", sought=Sought(tried=(1.2, 1.8, 2.4), acts='steps')"]
+    "sought",
+    [
+        "",
+        pytest.param(
+            ", sought=Sought(tried=(1.2, 1.8, 2.4), acts='steps')",
+            marks=pytest.mark.thorough,
+        ),
+    ],
 )
 def test_it_is_named_and_found_near_where_it_acts(tmp_path, sought):
     file = tmp_path / "flap.py"

@@ -53,8 +53,11 @@ def test_unless_they_look_like_samples(noise):
     assert drive_as_sampled(few.log, CAR).window < 1 / 20.0
 
 
+OTHER = pytest.param(20.0, marks=pytest.mark.thorough), 40.0
+
+
 @pytest.mark.parametrize("every", [1, 5], ids=["means", "samples"])
-@pytest.mark.parametrize("rate", [20.0, 40.0])
+@pytest.mark.parametrize("rate", OTHER)
 def test_a_drive_without_a_cause_has_none(rate, every):
     assert not diagnose([logged(rate, every=every)], CAR).asserted
 
@@ -67,7 +70,7 @@ def test_a_drive_without_a_cause_has_none(rate, every):
         ("payload", "mass_kg", 0.8),
     ],
 )
-@pytest.mark.parametrize("rate", [20.0, 40.0])
+@pytest.mark.parametrize("rate", OTHER)
 def test_what_acts_on_the_motor_is_named_alone(rate, effect, name, value):
     (one,) = diagnose([logged(rate, {effect: {name: value}})], CAR).asserted
     assert one.cause.effect == effect

@@ -133,7 +133,9 @@ def driven_small(folder, seed, lamp_w, load=lamp):
     return open_log(path, SMALL), aux
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize(
+    "seed", [1, *(pytest.param(s, marks=pytest.mark.thorough) for s in (2, 3))]
+)
 def test_a_lamp_that_switches_every_few_seconds_is_named_level_by_level(tmp_path, seed):
     log, aux = driven_small(tmp_path, seed, LAMP_W)
     found = diagnose([log], SMALL)

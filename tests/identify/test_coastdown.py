@@ -71,7 +71,7 @@ def test_two_coasts_give_the_road_load_back(pair):
     assert found.C_dA.value == pytest.approx(2 * found.C.value / 1.2)
 
 
-@pytest.mark.parametrize("rho", [0.0, 0.9])
+@pytest.mark.parametrize("rho", [pytest.param(0.0, marks=pytest.mark.thorough), 0.9])
 def test_intervals_cover_the_truth_under_correlated_noise(pair, rho):
     hits = []
     for seed in range(100):

@@ -7,14 +7,17 @@ import sys
 import pytest
 
 
+def shown(folder):
+    command = [sys.executable, "-m", "rcc_sim", "demo"]
+    run = subprocess.run(command, capture_output=True, text=True, cwd=folder)
+    assert run.returncode == 0, run.stderr
+    return run
+
+
 @pytest.fixture(scope="module")
 def done(tmp_path_factory):
     folder = tmp_path_factory.mktemp("shown")
-    command = [sys.executable, "-m", "rcc_sim", "demo"]
-    for _ in range(2):  # a second time into the same folder
-        run = subprocess.run(command, capture_output=True, text=True, cwd=folder)
-        assert run.returncode == 0, run.stderr
-    return folder, run
+    return folder, shown(folder)
 
 
 @pytest.mark.slow
@@ -50,3 +53,9 @@ def test_every_command_that_the_demo_prints_is_a_command(done):
     told = [line.split() for line in done[1].stderr.splitlines()]
     words = [w[1] for w in told if w[:1] == ["rccsim"]]
     assert len(words) == 7 and set(words) <= set(command_names())
+
+
+@pytest.mark.thorough
+def test_a_second_demo_takes_the_place_of_the_first(done):
+    folder, first = done
+    assert shown(folder).stdout == first.stdout

@@ -252,7 +252,7 @@ def test_a_missing_file_and_one_without_an_effect_are_said(tmp_path):
     ],
 )
 @pytest.mark.parametrize(
-    "engine", ["interpreted", pytest.param("compiled", marks=pytest.mark.slow)]
+    "engine", ["interpreted", pytest.param("compiled", marks=pytest.mark.thorough)]
 )
 def test_what_goes_wrong_on_the_way_stops_the_run(body, message, engine, tmp_path):
     helper = (
