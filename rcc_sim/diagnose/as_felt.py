@@ -31,13 +31,13 @@ class Felt:
         Those roads under the logs.
     wanders : dict
         Log -> by how much its heights were off, where they were.
-    start : dict
-        Stated figures as tolerances have them there, to begin with.
+    null : Fit or None
+        What tolerances alone leave there, where heights were asked about.
     """
 
     engine: Engine
     wanders: dict[int, Wander]
-    start: dict[str, float]
+    null: Fit | None
 
 
 def as_felt(engine: Engine) -> Felt:
@@ -45,31 +45,31 @@ def as_felt(engine: Engine) -> Felt:
 
     Where an altimeter that wanders (:class:`rcc_sim.diagnose.altimeter.Wander`) is what
     tolerances leave, the road is set right by the slope that explains it, but for its
-    mean, which is a drag as well.
+    median: a slope all along is a drag as well. (A mean would make a drag all along of
+    one hill that the heights do not show.)
     """
     wanders: dict[int, Wander] = {}
-    start: dict[str, float] = {}
     if not any(p.drive.climbed for p in engine.problems):
-        return Felt(engine, wanders, start)
+        return Felt(engine, wanders, None)
+    null = descent.fit(engine, {}, nuisance_knobs(engine.problems))
     for _ in range(PASSES):
-        fit = descent.fit(engine, start, nuisance_knobs(engine.problems))
-        start = fit.values
-        drags = acting_as(engine, fit, "drag", carrier_of(engine, fit, "drag"))
-        found = [as_heights(engine, fit, r) for r in drags]
+        drags = acting_as(engine, null, "drag", carrier_of(engine, null, "drag"))
+        found = [as_heights(engine, null, r) for r in drags]
         known = {r.log: r.heights for r in found if r.heights and r.heights.is_known}
         if not known:
             break
         wanders = known | wanders
-        slopes = {i: felt_slope(engine, fit, i) for i in known}
+        slopes = {i: felt_slope(engine, null, i) for i in known}
         engine = with_acting(engine, slopes)
-    return Felt(engine, wanders, start)
+        null = descent.fit(engine, null.values, nuisance_knobs(engine.problems))
+    return Felt(engine, wanders, null)
 
 
 def felt_slope(engine: Engine, fit: Fit, log: int) -> Profile:
-    """Return the slope by which a log's road is off, about a mean of nil."""
+    """Return the slope by which a log's road is off, about a median of nil."""
     probe = Probe(engine, fit, CLIMBS[0], probe_size(engine, CLIMBS[0]))
     distance = engine.problems[log].distance
     tried = [probe.profile(log, "distance_m", distance, n) for n in WINDOW_COUNTS]
     best = max(tried, key=lambda p: p.evidence)
     evenly = np.linspace(distance[0], distance[-1], len(distance))
-    return best.raised(-float(best.at(evenly).mean()))
+    return best.raised(-float(np.median(best.at(evenly))))

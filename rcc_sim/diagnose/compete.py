@@ -100,15 +100,15 @@ def compete(
     engine: Engine,
     candidates: Sequence[Candidate],
     told: Callable[[str], None] = lambda _: None,
-    start: Mapping[str, float] | None = None,
+    null: Fit | None = None,
 ) -> Explanation:
     """Find the smallest set of effects that the logs ask for.
 
-    ``start`` holds stated figures as they may be, to begin with.
+    ``null`` is what tolerances alone leave, where that is known.
     """
     told("tolerances")
-    knobs = nuisance_knobs(engine.problems)
-    null = woken(engine, descent.fit(engine, dict(start or {}), knobs))
+    null = null or descent.fit(engine, {}, nuisance_knobs(engine.problems))
+    null = woken(engine, null)
     causes: list[Cause] = []
     ranking: dict[str, float] = {}
     outdone: set[str] = set()

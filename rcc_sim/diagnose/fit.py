@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from math import hypot, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,8 +77,8 @@ class Fit:
         one, it is the root of the mean.
         """
         x, alike = self.values[key], [f for f in (self, *others) if f.frees(key)]
-        squares = [f.sd(key) ** 2 + (f.values[key] - x) ** 2 for f in alike]
-        return float(np.sqrt(np.mean(squares)))
+        off = [part for f in alike for part in (f.sd(key), f.values[key] - x)]
+        return hypot(*off) / sqrt(len(alike))
 
     def frees(self, key: str) -> bool:
         """Tell whether a figure was fitted."""

@@ -27,6 +27,7 @@ from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.compete import Explanation, compete
 from rcc_sim.diagnose.dense import rows_to_one, thinned, with_fewer_rows
 from rcc_sim.diagnose.diagnosis import Diagnosis
+from rcc_sim.diagnose.direct import disagreeing
 from rcc_sim.diagnose.engine import MEMORY, Engine
 from rcc_sim.diagnose.experiment import next_experiments
 from rcc_sim.diagnose.fit import Fit
@@ -108,10 +109,10 @@ def diagnose(
         if offsets:
             problems = [replace(p, unzeroed=offsets) for p in problems]
         felt = as_felt(Engine(problems))
-        engine = felt.engine
         able = candidates_for(problems, candidates, withheld)
-        explained = partial(compete, candidates=able, start=felt.start, told=told)
-        engine, found = as_sent(engine, explained(engine), explained)
+        explained = partial(compete, candidates=able, told=told)
+        found = explained(felt.engine, null=felt.null)
+        engine, found = as_sent(felt.engine, found, explained)
     gaps = tuple(where)
     hidden = tuple(dict.fromkeys(c for one in logs for c in one.hidden))
     told("what is left")
@@ -163,7 +164,15 @@ def diagnose(
         )
     wanders = {r.log: r.heights for r in left.rivals if r.heights} | felt.wanders
     gaps = tuple(
-        replace(g, findings=(*g.findings, *misread(fit, i), *wandering(wanders, i)))
+        replace(
+            g,
+            findings=(
+                *g.findings,
+                *misread(fit, i),
+                *wandering(wanders, i),
+                *disagreeing(acting, fit, i),
+            ),
+        )
         for i, g in enumerate(gaps)
     )
     fit = no_surer(acting, fit, {k for c in causes for k in c.keys})

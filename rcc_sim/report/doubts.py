@@ -90,5 +90,5 @@ def sds_to_measure(found: Diagnosis) -> Iterator[tuple[str, str]]:
 def misread_sensors(found: Diagnosis) -> Iterator[tuple[str, str]]:
     """Sensors that the rest of the log contradicts."""
     for f in found.gap.findings:
-        if f.kind in ("misread", "wander", "may_wander"):
+        if f.kind in ("misread", "wander", "may_wander", "disagrees"):
             yield "DOUBT", f"{f.channel} {f.what}; {f.action}"

@@ -36,6 +36,11 @@ BY_TURNING = ("yaw_rate_radps", "accel_y_mps2", "y_m", "yaw_rad")
 SLOW = 0.3
 """Rows so far apart turn about without any noise. [s]"""
 
+BY_DIGITS = 0.9
+"""Share of a channel's changes that are one step of its last digit, from which it is
+coarse and not slow: one that came seldom, while the vehicle went on, leaps by several.
+"""
+
 POSE = ("x_m", "y_m", "yaw_rad", "elevation_m")
 
 
@@ -123,7 +128,7 @@ def held(time: Array, name: str, values: Array) -> list[Finding]:
         return []
     near = float(np.mean(np.abs(every - k) <= max(0.1 * k, k > 3)))
     early = float(np.mean(every < 0.7 * k))
-    if near < 0.6 or early > 0.05:
+    if near < 0.6 or early > 0.05 or goes_by_digits(values):
         return []
     step = float(np.median(np.diff(time)))
     return [
@@ -136,6 +141,17 @@ def held(time: Array, name: str, values: Array) -> list[Finding]:
             f"{(k - 1) * step:.3g} s",
         )
     ]
+
+
+def goes_by_digits(values: Array) -> bool:
+    """Tell whether a channel changes by its last digit alone, up or down.
+
+    A ramp in whole km/h changes every few rows, too, as often as it is steep.
+    """
+    steps = np.abs(np.diff(values))
+    steps = steps[steps > 0]
+    digit = float(np.quantile(steps, 0.1)) if len(steps) else 0.0
+    return digit > 0 and float(np.mean(steps < 1.5 * digit)) > BY_DIGITS
 
 
 def _between_changes(values: Array) -> NDArray[np.intp]:
