@@ -236,7 +236,8 @@ def failures(document: Mapping[str, Any], bars: Sequence[str]) -> list[str]:
         except ValueError:
             raise InputError(f"--require: not a number: {text!r}") from None
         if not COMPARE[sign](flat[key], limit):
-            missed.append(f"{key} should be {sign} {limit:g}: {flat[key]:.4g}")
+            found = f"{flat[key]:.4g}" if isfinite(flat[key]) else "no such case here"
+            missed.append(f"{key} should be {sign} {limit:g}: {found}")
     return missed
 
 

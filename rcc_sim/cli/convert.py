@@ -140,7 +140,7 @@ def _write(log: Log, output: Path) -> None:
 
 def _tell(log: Log) -> None:
     say(f"read {log.trace.name} as {log.reader}: {len(log.trace)} rows")
-    renamed = [m.line() for m in log.mapped if m.source != m.column]
+    renamed = [m.line() for m in log.mapped if not m.is_as_it_was]
     for title, lines in (
         ("mapped", renamed or ["every column by its own name"]),
         ("guessed", log.guessed),

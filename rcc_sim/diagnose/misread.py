@@ -32,9 +32,15 @@ IS_STATED = (
 MAY_BE = (
     "may be what leaves this gap, if it is off by {}, as a satellite receiver's are: "
     "a drag would do no better",
-    f"an accelerometer in the log tells them apart; {STATE}; {WITHOUT}",
+    f"{{}}; {STATE}; {WITHOUT}",
 )
 """What to say of heights that are off, or may be, and what to do."""
+
+TELLS = {
+    False: "an accelerometer in the log tells them apart",
+    True: "the accelerometer felt neither clearly",
+}
+"""What tells a slope from a drag, by whether the log has an accelerometer."""
 
 
 def misread(fit: Fit, log: int = 0) -> tuple[Finding, ...]:
@@ -42,14 +48,20 @@ def misread(fit: Fit, log: int = 0) -> tuple[Finding, ...]:
     return climbs(fit, log) + gains(fit, log)
 
 
-def wandering(wanders: Mapping[int, Wander], log: int = 0) -> tuple[Finding, ...]:
-    """Return what to say of an altimeter that wanders, or may."""
+def wandering(
+    wanders: Mapping[int, Wander], log: int = 0, *, felt: bool = False
+) -> tuple[Finding, ...]:
+    """Return what to say of an altimeter that wanders, or may.
+
+    ``felt`` says whether the log has an accelerometer.
+    """
     if log not in wanders:
         return ()
     one = wanders[log]
     what, action = IS_FELT if one.is_felt else IS_STATED if one.is_stated else MAY_BE
     off = what.format(f"some {one.height:.1f} m")
     kind = "wander" if one.is_known else "may_wander"
+    action = action.format(TELLS[felt])
     return (Finding(kind, ALTIMETER, off, action=action, severity="warning"),)
 
 

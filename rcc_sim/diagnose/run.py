@@ -169,7 +169,7 @@ def diagnose(
             findings=(
                 *g.findings,
                 *misread(fit, i),
-                *wandering(wanders, i),
+                *wandering(wanders, i, felt="accel_x_mps2" in problems[i].channels),
                 *disagreeing(acting, fit, i),
             ),
         )

@@ -239,6 +239,7 @@ def _terms(column: str, raw: Any, where: str) -> tuple[Term, ...]:
     key = f"{where}: columns.{column}"
     if not re.fullmatch(r"[a-z][a-z0-9_]*", column):
         raise InputError(f"{key}: should be lower_snake_case with its unit last")
+    _refuse_unfinished(column, key)
     if isinstance(raw, str):
         raw = {"from": raw}
     if not isinstance(raw, dict):
@@ -247,6 +248,18 @@ def _terms(column: str, raw: Any, where: str) -> tuple[Term, ...]:
         return (_term(column, raw, key),)
     _known(raw, {"sum"}, key)
     return tuple(_term(column, part, f"{key}.sum") for part in raw["sum"])
+
+
+def _refuse_unfinished(column: str, key: str) -> None:
+    """Raise if a name is one that is read, but for its unit: nothing would read it."""
+    from rcc_sim.readers.suggest import MEANINGS
+
+    meant = [m.column for m in MEANINGS if m.column.startswith(f"{column}_")]
+    if meant and column not in {m.column for m in MEANINGS}:
+        raise InputError(
+            f"{key}: should end in its unit, or nothing reads it",
+            f"did you mean {' or '.join(f'`{name}`' for name in meant)}?",
+        )
 
 
 def _term(column: str, raw: dict[str, Any], key: str) -> Term:
@@ -289,7 +302,11 @@ def _unit_scale(column: str, unit: str, key: str) -> float:
         )
     factor, to = UNITS[unit]
     if to != ours:
-        raise InputError(f"{key}.unit: {unit} cannot become {ours}")
+        own = f"a column of {unit}" if ours == "1" else f"{column} is in {ours}"
+        raise InputError(
+            f"{key}.unit: {unit} cannot become {ours}",
+            f"{own}: a name ends in its unit, as speed_mps, or in none",
+        )
     return factor
 
 

@@ -45,6 +45,11 @@ class Mapped(NamedTuple):
     factor: float = 1.0
     offset: float = 0.0
 
+    @property
+    def is_as_it_was(self) -> bool:
+        """Whether name and values are the file's own."""
+        return self == Mapped(self.source, self.source)
+
     def line(self) -> str:
         """Return it in words."""
         times = "" if self.factor == 1 else f" × {self.factor:.9g}"

@@ -61,6 +61,22 @@ def test_a_channel_that_updates_every_fifth_row_is_known_as_slow(drive, channel)
     assert finding.severity == "info"
 
 
+def test_ramps_in_whole_kmh_are_no_slow_channel():
+    """As a dashboard shows them, between speeds that a cruise control holds."""
+    t = np.arange(0.0, 200.0, 0.1)
+    ramps = np.interp(
+        t, [0, 10, 20, 50, 60, 120, 130, 140], [0, 0, 14, 14, 25, 25, 0, 0]
+    )
+    speed = np.round(3.6 * ramps) / 3.6
+    power = 5000 + 100 * np.random.default_rng(1).normal(size=len(t))
+    log = Trace({"time_s": t, "speed_mps": speed, "battery_power_w": power}, name="x")
+    checked = check_log(log)
+    assert not found(checked, "slow_channel", "speed_mps")
+    came = speed[np.arange(len(t)) // 5 * 5]  # twice a second: it leaps by several
+    seldom = Trace({**log.columns, "speed_mps": came}, name="x")
+    assert found(check_log(seldom), "slow_channel", "speed_mps")
+
+
 @each_drive
 @pytest.mark.parametrize(
     "channel", ["speed_mps", "yaw_rate_radps", "accel_x_mps2", "accel_y_mps2"]

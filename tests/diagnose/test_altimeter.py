@@ -7,6 +7,11 @@ from scipy.signal import lfilter
 from rcc_sim.analyse.logged import Logged
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose import descent
+from rcc_sim.diagnose.as_felt import felt_slope
+from rcc_sim.diagnose.engine import Engine
+from rcc_sim.diagnose.knobs import nuisance_knobs
+from rcc_sim.diagnose.posed import problem_of
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.report.doubts import misread_sensors
 from rcc_sim.report.verdict import verdict_of
@@ -28,7 +33,7 @@ def slowly(rng, n, sd, seconds):
     return lfilter([sd * np.sqrt(1 - k * k)], [1, -k], rng.normal(size=n))
 
 
-def driven(seed, wander, seconds, car=CAR, felt=True):
+def driven(seed, wander, seconds, car=CAR, felt=True, bumps=0.02):
     """A drive over hills of a town, ten rows a second, and a receiver's heights."""
     rng = np.random.default_rng(seed)
     town = parse_cycle("udds[0:600]")
@@ -39,7 +44,7 @@ def driven(seed, wander, seconds, car=CAR, felt=True):
     slope = 12 / 400 * np.cos(s / 400) + 4 / 130 * np.cos(s / 130 + 1)
     road = Trace({"time_s": t, "speed_mps": v, "slope": slope}, name="road")
     out = replay(car, drive_of(road, car))
-    rough = MASS * slowly(rng, len(t), 0.02, 0.5) * v
+    rough = MASS * slowly(rng, len(t), bumps, 0.5) * v
     off = np.convolve(slowly(rng, len(t), wander, seconds), np.ones(50) / 50, "same")
     volts = out["battery_voltage_v"]
     true = {
@@ -98,3 +103,18 @@ def test_without_an_accelerometer_it_is_doubted_and_what_the_file_allows_is_none
 def test_heights_that_stay_are_not_doubted():
     found, wanders = told(driven(3, 0.0, 60.0)[0])
     assert (found.status, wanders) == ("no_gap", [])
+
+
+@pytest.mark.slow
+def test_a_hill_that_heights_do_not_show_leaves_the_rest_of_the_road_as_it_is():
+    log, _ = driven(3, 0.0, 60.0, bumps=0.002)
+    s = integral_of(log["time_s"], log["speed_mps"])
+    flat = log["elevation_m"] - 14.0 * np.clip((s - 2000) / 500, 0.0, 1.0)
+    hidden = Trace(log.columns | {"elevation_m": flat}, name="hill")
+    engine = Engine([problem_of(hidden, CAR)])
+    null = descent.fit(engine, {}, nuisance_knobs(engine.problems))
+    slope = felt_slope(engine, null, 0)
+    there = (s > 2100) & (s < 2400)
+    assert slope.at(s[there]).mean() == pytest.approx(14.0 / 500, rel=0.3)
+    far = (s < 1500) | (s > 3000)
+    assert np.median(slope.at(s[far])) == pytest.approx(0.0, abs=0.25 * 14.0 / s[-1])

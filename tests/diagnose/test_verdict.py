@@ -263,6 +263,8 @@ def test_a_figure_is_as_unsure_as_the_fits_that_no_log_tells_apart():
     assert found**2 == pytest.approx((1e-6 + 0.25e-6 + 0.002**2) / 2)
     assert mine.sd_among([], rolls.key) == pytest.approx(1e-3)
     assert mine.sd_among([other], drag.key) == pytest.approx(1.0)  # it has no other
+    blind = replace(mine, information=np.zeros_like(mine.information))
+    assert blind.sd_among([mine], rolls.key) > 1e100  # told by nothing, and no overflow
     cause = Cause("rolling_resistance", (rolls.key,), 50.0)
     alone, among = (
         estimates(mine, cause, {}, others=others)["coefficient"]

@@ -121,6 +121,15 @@ def test_scale_cycle_writes_a_bag_at_the_rate_of_the_cars_reference(tmp_path):
 # convert
 
 
+def test_a_sign_that_a_map_turns_is_said_of_a_column_that_keeps_its_name(tmp_path):
+    (tmp_path / "log.csv").write_text("time_s,battery_current_a\n0,-1\n1,-2\n")
+    turned = 'battery_current_a = { from = "battery_current_a", sign = -1 }'
+    (tmp_path / "turn.toml").write_text(f'[columns]\ntime_s = "time_s"\n{turned}\n')
+    done = run("convert", "log.csv", "--map", "turn.toml", "-o", "b.csv", cwd=tmp_path)
+    assert "battery_current_a from battery_current_a × -1" in done.stderr
+    assert read_trace(tmp_path / "b.csv")["battery_current_a"].tolist() == [1.0, 2.0]
+
+
 def test_convert_says_what_became_of_every_column(tmp_path):
     making.write_vesc(tmp_path / "ride.csv")
     done = run("convert", "ride.csv", "-o", "ride.parquet", cwd=tmp_path)

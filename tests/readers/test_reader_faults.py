@@ -277,6 +277,7 @@ def test_a_missing_library_is_named_with_what_to_install(tmp_path, monkeypatch):
         ('[columns]\nspeed_mps = { from = "v", sign = 2 }\n', ["sign", "2"]),
         ('[columns]\nspeed_mps = { from = "v", factor = "x" }\n', ["factor", "'x'"]),
         ('[columns]\n"Speed" = "v"\n', ["lower_snake_case"]),
+        ('[columns]\nspeed = "v"\n', ["columns.speed", "should end in its unit"]),
         ('[columns]\nspeed_mps = "v"\n[map]\nencoding = "klingon"\n', ["klingon"]),
         ('[columns]\nspeed_mps = "v"\n', ["no time column"]),
     ],

@@ -148,10 +148,12 @@ def goes_by_digits(values: Array) -> bool:
 
     A ramp in whole km/h changes every few rows, too, as often as it is steep.
     """
+    known = np.unique(values[np.isfinite(values)])
+    if len(known) < 2:
+        return False
+    digit = float(np.median(np.diff(known)))
     steps = np.abs(np.diff(values))
-    steps = steps[steps > 0]
-    digit = float(np.quantile(steps, 0.1)) if len(steps) else 0.0
-    return digit > 0 and float(np.mean(steps < 1.5 * digit)) > BY_DIGITS
+    return float(np.mean(steps[steps > 0] < 1.5 * digit)) > BY_DIGITS
 
 
 def _between_changes(values: Array) -> NDArray[np.intp]:

@@ -119,7 +119,7 @@ def _finding(
     strength = max(abs(r.correlation) for r in witness)
     sure = (0.98 if len(witness) > 1 else 0.9) * min(1.0, 0.6 + 0.4 * strength)
     mend = 1 / mistake.factor
-    action = f"{DROPPED}; to mend it, convert with --map, factor {mend:.6g}"
+    action = f"{DROPPED}; {by_map(mend)}"
     if mistake.kind == "unit" and any("motor_speed_radps" in r.powers for r in witness):
         action += ", unless the vehicle file's gear, tyre or poles are another car's"
     if mistake.kind == "poles":
@@ -133,6 +133,12 @@ def _finding(
         severity="error",
         factor=mend,
     )
+
+
+def by_map(factor: float) -> str:
+    """Return how a column map mends a channel: by its sign, by its unit or a factor."""
+    entry = "sign = -1" if factor == -1 else f"its unit, or factor = {factor:.6g}"
+    return f"to mend it, convert with --map and {entry} (--suggest-map drafts a map)"
 
 
 def _factor(relation: Relation) -> str:
@@ -211,8 +217,7 @@ def by_size(columns: Columns, suspects: Sequence[str]) -> list[Finding]:
                     name,
                     f"reaches {size:.4g}: in {words}",
                     sure=0.9,
-                    action=f"{DROPPED}; to mend it, convert with --map, factor "
-                    f"{1 / factor:.6g}",
+                    action=f"{DROPPED}; {by_map(1 / factor)}",
                     severity="error",
                     factor=1 / factor,
                 )
@@ -241,7 +246,7 @@ def net_sign(time: Array, columns: Columns, suspects: Sequence[str]) -> list[Fin
                     f"is {against[0]:.3g} on average while driving: it charges the "
                     "battery (a long descent, or the other sign)",
                     sure=0.8,
-                    action=f"{DROPPED}; to mend it, convert with --map, factor -1",
+                    action=f"{DROPPED}; {by_map(-1)}",
                     severity="error",
                     factor=-1.0,
                 )

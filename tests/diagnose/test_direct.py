@@ -1,0 +1,65 @@
+"""What rest and accelerometer read directly is a doubt where a fit disagrees."""
+
+import numpy as np
+import pytest
+
+from rcc_sim.definitions.cycle import parse_cycle
+from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose import descent
+from rcc_sim.diagnose.direct import STRETCH, disagreeing
+from rcc_sim.diagnose.engine import Engine
+from rcc_sim.diagnose.knobs import nuisance_knobs
+from rcc_sim.diagnose.posed import problem_of
+from rcc_sim.simulate.drive import drive_of, integral_of
+from rcc_sim.simulate.replay import replay
+from rcc_sim.trace import Trace
+from rcc_sim.units import G
+
+CAR = load_vehicle("tesla_model_3")
+NOISE = {"speed_mps": 0.02, "battery_power_w": 150.0, "accel_x_mps2": 0.06}
+HILL = (2500.0, 3500.0, 0.02)
+
+
+def told(at_rest=0.0, hill=0.0, seed=1):
+    """What is told of a drive in a town, of which the log has no road.
+
+    ``at_rest`` [W] is drawn at rest alone; the accelerometer feels so much of a hill
+    that the battery does not.
+    """
+    town = parse_cycle("udds[0:500]")
+    t = np.arange(0.0, 500.0, 0.1)
+    v = np.interp(t, town.time_s, town.speed_mps)
+    s = integral_of(t, v)
+    out = replay(CAR, drive_of(Trace({"time_s": t, "speed_mps": v}), CAR))
+    slope = np.where((s > HILL[0]) & (s < HILL[1]), hill * HILL[2], 0.0)
+    true = {
+        "speed_mps": v,
+        "battery_power_w": out["battery_power_w"] + at_rest * (v == 0),
+        "accel_x_mps2": out["accel_x_mps2"] + G * slope,
+    }
+    rng = np.random.default_rng(seed)
+    seen = {c: x + rng.normal(0, NOISE[c], len(t)) for c, x in true.items()}
+    seen["speed_mps"] = np.abs(seen["speed_mps"]) * (v > 0)
+    engine = Engine([problem_of(Trace({"time_s": t} | seen, name="town"), CAR)])
+    fit = descent.fit(engine, {}, nuisance_knobs(engine.problems))
+    return disagreeing(engine, fit), t[s > HILL[0]][0], t[s < HILL[1]][-1]
+
+
+def test_nothing_is_told_of_a_drive_that_agrees():
+    assert told()[0] == ()
+
+
+@pytest.mark.parametrize("watts", [2500.0, -900.0])
+def test_what_is_drawn_at_rest_alone_is_told(watts):
+    (one,), *_ = told(at_rest=watts)
+    assert one.channel == "battery_power_w"
+    size, _, way = one.what.split()[1:4]
+    assert way == ("more" if watts > 0 else "less")
+    # the stated load, which may be off by its sd, gives way by a part of it
+    assert 0.6 * abs(watts) < float(size) < abs(watts)
+
+
+def test_a_slope_that_was_felt_and_not_climbed_is_told_where_it_is():
+    (one,), begins, ends = told(hill=1.0)
+    assert one.channel == "accel_x_mps2" and "slope +" in one.what
+    assert begins - 0.5 * STRETCH < one.start_s < one.end_s < ends + 0.5 * STRETCH
