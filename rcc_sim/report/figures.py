@@ -111,12 +111,14 @@ def plot_gap(found: Mapping[str, Any]) -> Figure:
         _gap_bars(axis, word, rows)
     axes[-1].set_xlabel("Gap, measured − simulated [Wh]")
     energy = where.get("energy") or {}
+    told = []
+    if where.get("log") and where.get("vehicle"):
+        told.append(f"{where['log']} against {where['vehicle']}")
     if energy.get("gap_wh") is not None and energy.get("gap_percent") is not None:
-        figure.suptitle(
-            f"{energy['gap_wh']:+.3g} Wh, {energy['gap_percent']:+.3g} % of measured",
-            x=0.02,
-            ha="left",
-        )
+        gap = f"{energy['gap_wh']:+.3g} Wh, {energy['gap_percent']:+.3g} % of measured"
+        doubt = energy.get("u_val_wh")
+        told.append(gap if doubt is None else f"{gap}; u_val {doubt:.2g} Wh")
+    figure.suptitle("\n".join(told), x=0.02, ha="left")
     return figure
 
 

@@ -35,6 +35,7 @@ STYLE: dict[RcKeyType, Any] = {
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.grid": True,
+    "axes.axisbelow": True,
     "grid.alpha": 0.25,
     "svg.hashsalt": "rccsim",
     "text.parse_math": False,
@@ -45,10 +46,19 @@ RUN_PANELS = (
     ("Motor current", ("motor_current_a",), ("",)),
     ("Motor torque", ("motor_torque_nm",), ("",)),
     ("Battery power", ("battery_power_w",), ("",)),
+    ("Battery current", ("battery_current_a",), ("",)),
+    ("Battery voltage", ("battery_voltage_v",), ("",)),
     ("Steer", ("steer_cmd_rad",), ("",)),
     ("Yaw rate", ("yaw_rate_radps",), ("",)),
     ("Lateral place", ("y_m",), ("",)),
 )
+
+SAID_BY = {
+    "Motor torque": "motor_current_a",
+    "Battery current": "battery_power_w",
+    "Battery voltage": "battery_power_w",
+}
+"""Panel -> the column that says as much, where a trace has it."""
 
 
 def save(figure: Figure, path: Path) -> None:
@@ -95,7 +105,7 @@ def plot_run(*traces: Trace, columns: Sequence[str] = ()) -> Figure:
         panel
         for panel in RUN_PANELS
         if any(panel[1][0] in t and np.any(t[panel[1][0]]) for t in traces)
-        and not (panel[0] == "Motor torque" and "motor_current_a" in traces[0])
+        and SAID_BY.get(panel[0]) not in traces[0].columns
     ]
     figure, axes = _sheet(len(panels), height=1.45, sharex=True)
     for axis, (title, names, labels) in zip(axes, panels, strict=True):

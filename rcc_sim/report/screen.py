@@ -67,6 +67,9 @@ UNSEEN = 6
 GIVEN = {STAND: "its log as --on-stand"}
 """How the log of a run is given that was not driven on the road."""
 
+EVEN = 0.5
+"""Probability up to which a cause is no likelier than that there is none."""
+
 LEAST = 0.05
 """Nats below which two causes do not part at all."""
 
@@ -225,7 +228,8 @@ def _verdict(found: Diagnosis) -> str:
         told += "; by its energy alone tolerances would do, row by row they do not"
     least = min((a.probability for a in found.asserted), default=1.0)
     if least < SURE:
-        told += f"; not for sure, at {probable(least)}"
+        sure = "not for sure" if least > EVEN else "no likelier than not"
+        told += f"; {sure}, at {probable(least)}"
     return told
 
 
