@@ -35,6 +35,10 @@ COUNTS = (20, 60, 120)
 GALE = 24.0
 """Wind along a road that is none, but something else: Beaufort 9 ends there. [m/s]"""
 
+SWING = 30.0
+"""The same of the difference between any two of its gusts: six standard deviations of
+one of 12.5 m/s, whose turbulence is 0.4 of that. [m/s]"""
+
 ROUNDS, SETTLED = 6, 0.2
 """Rounds in which gusts are found about themselves at most, and the change, in their
 sds, that is none."""
@@ -113,5 +117,6 @@ def may_gust(engine: Engine, causes: Sequence[Cause]) -> bool:
 def may_blow(cause: Cause) -> bool:
     """Tell whether a cause that varies is no wind, or one that blows anywhere."""
     return cause.effect != WIND or all(
-        np.abs(p.value).max() < GALE for p in cause.profiles.values()
+        np.abs(p.value).max() < GALE and np.ptp(p.value) < SWING
+        for p in cause.profiles.values()
     )
