@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -135,3 +138,14 @@ def _words(seconds: float) -> str:
     if seconds < 5400:
         return f"{seconds / 60:.0f} min"
     return f"{seconds / 3600:.1f} h"
+
+
+@contextmanager
+def going_on(output: Path | None) -> Iterator[None]:
+    """Say of a batch that is interrupted that the same command goes on."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        if output is not None:
+            say(f"{output}: what is done is kept; the same command goes on")
+        raise

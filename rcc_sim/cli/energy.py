@@ -10,7 +10,7 @@ import typer
 from rcc_sim.cli.batches import Draws, Seed
 from rcc_sim.cli.complete import vehicle_names
 from rcc_sim.cli.logs import Html, Plot, keep, write_page
-from rcc_sim.cli.output import Csv, Json, Output, emit, sketch, warn
+from rcc_sim.cli.output import Csv, Json, Output, emit, say, sketch, warn
 
 if TYPE_CHECKING:
     from rcc_sim.analyse.energy import EnergyReport
@@ -88,6 +88,7 @@ def energy(
         from rcc_sim.report.plots import plot_energy, save
 
         save(plot_energy(drives, reports), plot)
+        say(f"wrote {plot}")
     if html is not None:
         from rcc_sim.report.energy_page import energy_page
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rcc_sim.cli.batches import ProgressLine, tell_failures
+from rcc_sim.cli.batches import ProgressLine, going_on, tell_failures
 from rcc_sim.cli.output import atomic, emit, say
 
 if TYPE_CHECKING:
@@ -164,7 +164,8 @@ def run_fleet(
     fleet = _fleet(asked, command, row, columns, options)
     with _place(asked.output) as place:
         line = ProgressLine("logs")
-        progress = run_batch(fleet, place, Engine(asked.jobs, asked.dask), line)
+        with going_on(asked.output):
+            progress = run_batch(fleet, place, Engine(asked.jobs, asked.dask), line)
         line.end()
         rows = rows_in(place, fleet.manifest)
         found = summary(rows, command, by=asked.by, car=asked.car)

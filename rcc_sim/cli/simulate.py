@@ -135,6 +135,7 @@ def simulate(
         from rcc_sim.report.plots import plot_run, save
 
         save(plot_run(result.trace), plot)
+        say(f"wrote {plot}")
     if draws is None:
         _deliver(result, output, csv=csv, json=json)
         return

@@ -20,6 +20,7 @@ from rcc_sim.cli.batches import (
     ProgressLine,
     Seed,
     Vehicle,
+    going_on,
     tell_failures,
 )
 from rcc_sim.cli.complete import figure_keys
@@ -113,7 +114,8 @@ def sweep(
     for note in task.notes():
         warn(note)
     line = ProgressLine("runs")
-    progress = run_batch(task, output, Engine(jobs, dask or ""), line)
+    with going_on(output):
+        progress = run_batch(task, output, Engine(jobs, dask or ""), line)
     line.end()
     say(_summary(progress, output))
     tell_failures(progress, "runs")
