@@ -32,7 +32,8 @@ def between_updates(
     """Return a log whose slow channels are blank where they only repeat a value.
 
     Channels that one message brought change together, so that a value which came twice
-    counts twice where another channel of the message tells. Commands hold as they are.
+    counts twice where another channel of the message tells; one that holds for longer
+    came as often as the others did. Commands hold as they are.
 
     Parameters
     ----------
@@ -49,24 +50,33 @@ def between_updates(
     }
     seldom = [name for name in slow if name in moves]
     columns = dict(given)
-    held: dict[str, float] = {}
+    held: dict[str, int] = {}
     for name, changes in moves.items():
         clock = np.zeros(len(trace), dtype=bool)
         for other in seldom:
             if other == name or _share(changes, moves[other]) >= TOGETHER:
                 clock |= moves[other]
         if clock.mean() <= 1 / SHORTEST and _share(changes, clock) >= TOGETHER:
-            columns[name] = np.where(clock | changes, given[name], np.nan)
-            held[name] = 1 / float(clock.mean())
+            came = clock | changes
+            every = round(float(np.median(np.diff(np.flatnonzero(came)))))
+            columns[name] = np.where(_again(came, every), given[name], np.nan)
+            held[name] = every
     if not held:
         return trace, ()
     found = Finding(
         "held",
         ", ".join(held),
-        f"came every {min(held.values()):.2g} rows or so, and hold in between",
+        f"came every {min(held.values())} rows or so, and hold in between",
         action="taken as known where they came",
     )
     return Trace(columns, name=trace.name), (found,)
+
+
+def _again(came: Mask, every: int) -> Mask:
+    """Return the rows at which a value came, and those at which it came once more."""
+    rows = np.arange(len(came))
+    since = rows - np.maximum.accumulate(np.where(came, rows, 0))
+    return np.asarray(since % every == 0)
 
 
 def _share(changes: Mask, clock: Mask) -> float:

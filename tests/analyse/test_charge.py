@@ -119,6 +119,18 @@ def test_channels_of_one_slow_message_are_known_where_it_came():
     assert found.kind == "held"
 
 
+def test_a_speed_that_comes_seldom_and_stays_is_known_as_often():
+    """At a cruise of a minute nothing changes, and the car drives all the same."""
+    t = np.arange(0.0, 200.0, 0.1)
+    at = [0, 40, 60, 120, 160, 200]
+    true = np.interp(t, at, [0, 13, 13, 13, 27, 0]) + 0.3 * np.sin(t) * (t < 40)
+    log = Trace({"time_s": t, "speed_mps": true[np.arange(2000) // 10 * 10]}, name="x")
+    slow, (found,) = between_updates(log, ["speed_mps"])
+    known = np.flatnonzero(np.isfinite(slow["speed_mps"]))
+    assert np.array_equal(known, np.arange(0, 2000, 10))
+    assert "every 10 rows" in found.what
+
+
 def test_a_log_without_slow_channels_is_returned_as_it_is():
     rng = np.random.default_rng(5)
     log = Trace({"time_s": np.arange(600.0), "speed_mps": wandering(rng)}, name="live")
