@@ -7,13 +7,11 @@ or a slope that is off for a minute, may weigh little in a fit: it is told as a 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter1d
 
 from rcc_sim.analyse.logcheck.finding import Finding
+from rcc_sim.analyse.logcheck.rest import standing
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.problem import Problem
@@ -21,6 +19,8 @@ from rcc_sim.units import G
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+
+FELT = "accel_x_mps2"
 
 CLEAR = 6.0
 """Standard errors of a mean from which on it is told."""
@@ -30,10 +30,6 @@ LASTS = 1.0
 
 AT_REST = 2.0
 """Least time at rest. [s]"""
-
-SETTLES, STILL = 1.0, 0.005
-"""Time about a row over which the vehicle must be still for it to be at rest [s], and
-share of its top speed below which it is."""
 
 IDLE = 0.02
 """Share of the drive's power (root mean square) below which what is drawn at rest
@@ -48,79 +44,67 @@ TILTED = 0.006
 
 def disagreeing(engine: Engine, fit: Fit, log: int = 0) -> tuple[Finding, ...]:
     """Return what a log reads directly and the fit does not agree with."""
-    return (*at_rest(engine, fit, log), *slopes(engine, fit, log))
+    problem = engine.problems[log]
+    rest = standing(problem.log["time_s"], problem.log.columns)
+    tracks = zip(engine.tracks, fit.residuals, fit.noise, strict=True)
+    left = {c: (e, noise.valid) for (i, c), e, noise in tracks if i == log}
+    found = [
+        at_rest(problem, channel, *left[channel], rest)
+        for channel in ("battery_power_w", "battery_current_a")
+        if channel in left
+    ]
+    if FELT in left and problem.drive.imposed:
+        found.append(slopes(problem, *left[FELT], rest))
+    return tuple(one for one in found if one)
 
 
-def at_rest(engine: Engine, fit: Fit, log: int) -> Iterator[Finding]:
+def at_rest(
+    problem: Problem, channel: str, left: Array, valid: Mask, rest: Mask
+) -> Finding | None:
     """Tell if the battery gives at rest what the mended model does not draw."""
-    problem = engine.problems[log]
-    for channel, left, valid in _tracks(engine, fit, log):
-        if channel not in ("battery_power_w", "battery_current_a"):
-            continue
-        rest = valid & _still(problem)
-        if rest.sum() * problem.row < AT_REST:
-            continue
-        mean, error = _mean(left[rest], problem.row)
-        usual = float(np.sqrt(np.mean(problem.log[channel][valid] ** 2)))
-        if abs(mean) > max(CLEAR * error, IDLE * usual):
-            unit = channel.rpartition("_")[2].upper()
-            more = "more" if mean > 0 else "less"
-            yield Finding(
-                "disagrees",
-                channel,
-                f"is {abs(mean):.3g} {unit} {more} at rest ({rest.sum()} rows) than in "
-                "the mended model",
-                action="what is drawn at rest is a load, and no drag",
-                severity="warning",
-            )
+    rest = valid & rest
+    if rest.sum() * problem.row < AT_REST:
+        return None
+    mean, error = _mean(left[rest], problem.row)
+    usual = float(np.sqrt(np.mean(problem.log[channel][valid] ** 2)))
+    if abs(mean) <= max(CLEAR * error, IDLE * usual):
+        return None
+    unit = channel.rpartition("_")[2].upper()
+    more = "more" if mean > 0 else "less"
+    return Finding(
+        "disagrees",
+        channel,
+        f"is {abs(mean):.3g} {unit} {more} at rest ({rest.sum()} rows) than in the "
+        "mended model",
+        action="what is drawn at rest is a load, and no drag",
+        severity="warning",
+    )
 
 
-def slopes(engine: Engine, fit: Fit, log: int) -> Iterator[Finding]:
+def slopes(problem: Problem, left: Array, valid: Mask, rest: Mask) -> Finding | None:
     """Tell where the accelerometer felt another slope than the mended model climbs."""
-    problem = engine.problems[log]
-    time = problem.log["time_s"]
-    for channel, left, valid in _tracks(engine, fit, log):
-        if channel != "accel_x_mps2" or not problem.drive.imposed:
+    time, moves = problem.log["time_s"], valid & ~rest
+    usual = float(np.median(left[moves])) if moves.any() else 0.0
+    worst, begins = 0.0, 0.0
+    for start in np.arange(time[0], time[-1] - STRETCH, 0.5 * STRETCH):
+        there = moves & (time >= start) & (time < start + STRETCH)
+        if there.sum() * problem.row < 0.5 * STRETCH:
             continue
-        moves = valid & ~_still(problem)
-        usual = float(np.median(left[moves])) if moves.any() else 0.0
-        worst, begins = 0.0, 0.0
-        for start in np.arange(time[0], time[-1] - STRETCH, 0.5 * STRETCH):
-            there = moves & (time >= start) & (time < start + STRETCH)
-            if there.sum() * problem.row < 0.5 * STRETCH:
-                continue
-            mean, error = _mean(left[there] - usual, problem.row)
-            if abs(mean) > max(CLEAR * error, TILTED * G, abs(worst)):
-                worst, begins = mean, float(start)
-        if not worst:
-            continue
-        ends = begins + STRETCH
-        yield Finding(
-            "disagrees",
-            channel,
-            f"felt a slope {100 * worst / G:+.2g} % off the mended model's from "
-            f"{begins:.0f} to {ends:.0f} s",
-            action="what the model climbs there is a drag, or the sensor tilts",
-            severity="warning",
-            start_s=begins,
-            end_s=ends,
-        )
-
-
-def _tracks(engine: Engine, fit: Fit, log: int) -> Iterator[tuple[str, Array, Mask]]:
-    """Channels of a log, what the fit leaves of each, and the rows that count."""
-    for (i, channel), left, noise in zip(
-        engine.tracks, fit.residuals, fit.noise, strict=True
-    ):
-        if i == log:
-            yield channel, left, noise.valid
-
-
-def _still(problem: Problem) -> Mask:
-    """Rows at rest, before the drive too."""
-    rows = max(round(SETTLES / problem.row), 1)
-    return np.asarray(
-        maximum_filter1d(problem.speed, rows) < STILL * float(problem.speed.max())
+        mean, error = _mean(left[there] - usual, problem.row)
+        if abs(mean) > max(CLEAR * error, TILTED * G, abs(worst)):
+            worst, begins = mean, float(start)
+    if not worst:
+        return None
+    ends = begins + STRETCH
+    return Finding(
+        "disagrees",
+        FELT,
+        f"felt a slope {100 * worst / G:+.2g} % off the mended model's from "
+        f"{begins:.0f} to {ends:.0f} s",
+        action="what the model climbs there is a drag, or the sensor tilts",
+        severity="warning",
+        start_s=begins,
+        end_s=ends,
     )
 
 

@@ -49,11 +49,11 @@ def misread(fit: Fit, log: int = 0) -> tuple[Finding, ...]:
 
 
 def wandering(
-    wanders: Mapping[int, Wander], log: int = 0, *, felt: bool = False
+    wanders: Mapping[int, Wander], log: int = 0, *, accelerometer: bool = False
 ) -> tuple[Finding, ...]:
     """Return what to say of an altimeter that wanders, or may.
 
-    ``felt`` says whether the log has an accelerometer.
+    ``accelerometer`` says whether the log has one.
     """
     if log not in wanders:
         return ()
@@ -61,7 +61,7 @@ def wandering(
     what, action = IS_FELT if one.is_felt else IS_STATED if one.is_stated else MAY_BE
     off = what.format(f"some {one.height:.1f} m")
     kind = "wander" if one.is_known else "may_wander"
-    action = action.format(TELLS[felt])
+    action = action.format(TELLS[accelerometer])
     return (Finding(kind, ALTIMETER, off, action=action, severity="warning"),)
 
 

@@ -27,7 +27,7 @@ from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.compete import Explanation, compete
 from rcc_sim.diagnose.dense import rows_to_one, thinned, with_fewer_rows
 from rcc_sim.diagnose.diagnosis import Diagnosis
-from rcc_sim.diagnose.direct import disagreeing
+from rcc_sim.diagnose.direct import FELT, disagreeing
 from rcc_sim.diagnose.engine import MEMORY, Engine
 from rcc_sim.diagnose.experiment import next_experiments
 from rcc_sim.diagnose.fit import Fit
@@ -169,7 +169,7 @@ def diagnose(
             findings=(
                 *g.findings,
                 *misread(fit, i),
-                *wandering(wanders, i, felt="accel_x_mps2" in problems[i].channels),
+                *wandering(wanders, i, accelerometer=FELT in problems[i].channels),
                 *disagreeing(acting, fit, i),
             ),
         )

@@ -11,7 +11,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from rcc_sim.errors import InputError
+from rcc_sim.errors import InputError, did_you_mean
 from rcc_sim.units import G, unit_of
 
 FOLDER = Path(__file__).with_name("maps")
@@ -254,12 +254,11 @@ def _refuse_unfinished(column: str, key: str) -> None:
     """Raise if a name is one that is read, but for its unit: nothing would read it."""
     from rcc_sim.readers.suggest import MEANINGS
 
-    meant = [m.column for m in MEANINGS if m.column.startswith(f"{column}_")]
-    if meant and column not in {m.column for m in MEANINGS}:
-        raise InputError(
-            f"{key}: should end in its unit, or nothing reads it",
-            f"did you mean {' or '.join(f'`{name}`' for name in meant)}?",
-        )
+    names = [m.column for m in MEANINGS]
+    meant = [name for name in names if name.startswith(f"{column}_")]
+    if meant and column not in names:
+        what = f"{key}: should end in its unit, or nothing reads it"
+        raise InputError(what, did_you_mean(column, meant))
 
 
 def _term(column: str, raw: dict[str, Any], key: str) -> Term:

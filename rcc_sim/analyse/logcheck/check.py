@@ -40,7 +40,14 @@ from rcc_sim.analyse.logcheck.relation import means
 from rcc_sim.analyse.logcheck.relations import relations
 from rcc_sim.analyse.logcheck.rest import biases, late_commands
 from rcc_sim.analyse.logcheck.timebase import TimeBase, missing, time_base
-from rcc_sim.analyse.logcheck.units import blame, by_size, geared, net_sign, unsigned
+from rcc_sim.analyse.logcheck.units import (
+    blame,
+    by_map,
+    by_size,
+    geared,
+    net_sign,
+    unsigned,
+)
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
 from rcc_sim.trace import Trace
@@ -101,7 +108,7 @@ def _repaced(base: TimeBase, factor: float) -> TimeBase:
         "time_s",
         what,
         sure=0.95,
-        action=f"not mended; convert with --map, factor {whole:g}",
+        action=f"not mended; {by_map(whole)}",
         severity="error",
         factor=whole,
     )

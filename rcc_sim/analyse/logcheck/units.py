@@ -119,11 +119,10 @@ def _finding(
     strength = max(abs(r.correlation) for r in witness)
     sure = (0.98 if len(witness) > 1 else 0.9) * min(1.0, 0.6 + 0.4 * strength)
     mend = 1 / mistake.factor
-    action = f"{DROPPED}; {by_map(mend)}"
+    of = " of motor_speed_erpm" if mistake.kind == "poles" else ""
+    action = f"{DROPPED}; {by_map(mend, of)}"
     if mistake.kind == "unit" and any("motor_speed_radps" in r.powers for r in witness):
         action += ", unless the vehicle file's gear, tyre or poles are another car's"
-    if mistake.kind == "poles":
-        action += " of motor_speed_erpm"
     return Finding(
         mistake.kind,
         mistake.channel,
@@ -135,9 +134,14 @@ def _finding(
     )
 
 
-def by_map(factor: float) -> str:
-    """Return how a column map mends a channel: by its sign, by its unit or a factor."""
-    entry = "sign = -1" if factor == -1 else f"its unit, or factor = {factor:.6g}"
+def by_map(factor: float, of: str = "") -> str:
+    """Return how a column map mends a channel: by its sign, by its unit or a factor.
+
+    ``of`` names another channel, by whose factor it is mended.
+    """
+    entry = f"factor = {factor:.6g}{of}"
+    if not of:
+        entry = "sign = -1" if factor == -1 else f"its unit, or {entry}"
     return f"to mend it, convert with --map and {entry} (--suggest-map drafts a map)"
 
 
