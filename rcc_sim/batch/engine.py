@@ -7,8 +7,10 @@ they come, in any order. A process that dies is replaced, and its parts are done
 from __future__ import annotations
 
 import contextlib
+import gc
 import logging
 import os
+import signal
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
@@ -117,12 +119,28 @@ def _do(part: Any) -> Any:
     return _here["work"](_here["setup"], part)
 
 
+@contextlib.contextmanager
+def _unheard() -> Iterator[None]:
+    """Let an interrupt wait: a process that starts meanwhile never hears of one."""
+    from multiprocessing import resource_tracker
+
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    resource_tracker.ensure_running()  # which would unblock what is blocked
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 class _Pool:
     """A pool of processes that is built anew when one of them is killed."""
 
     def __init__(self, work: Work, setup: Any, jobs: int) -> None:
         self.work, self.setup, self.jobs = work, setup, jobs
-        self.pool = self._new()
+        self.pool: Any = None
         self.waiting: dict[Any, tuple[int, Any]] = {}
         self.deaths = 0
 
@@ -140,12 +158,18 @@ class _Pool:
 
     def close(self) -> None:
         """End the processes; what they were at is not waited for."""
-        processes = list((self.pool._processes or {}).values())
-        self.pool.shutdown(wait=False, cancel_futures=True)
-        for process in processes:
-            process.terminate()
-        for process in processes:
-            process.join(timeout=5)
+        if self.pool is None:
+            return
+        with _unheard():
+            processes = list((self.pool._processes or {}).values())
+            self.pool.shutdown(wait=False, cancel_futures=True)
+            for process in processes:
+                process.terminate()
+            for process in processes:
+                process.join(timeout=5)
+            self.pool.shutdown()
+            self.pool = None
+            gc.collect()  # its semaphores are given back
 
     def done(self, parts: Parts) -> Results:
         """Give the results as they come."""
@@ -176,9 +200,14 @@ class _Pool:
         from concurrent.futures.process import BrokenProcessPool
 
         try:
-            self.waiting[self.pool.submit(_do, item[1])] = item
+            self._submit(item)
         except BrokenProcessPool:
             self._again()
+            self._submit(item)
+
+    def _submit(self, item: tuple[int, Any]) -> None:
+        with _unheard():
+            self.pool = self.pool or self._new()
             self.waiting[self.pool.submit(_do, item[1])] = item
 
     def _again(self) -> None:
@@ -191,7 +220,6 @@ class _Pool:
             )
         lost = {f: item for f, item in self.waiting.items() if not _succeeded(f)}
         self.close()
-        self.pool = self._new()
         for future in lost:
             del self.waiting[future]
         for item in lost.values():

@@ -75,7 +75,7 @@ def enough(killed, many):
 @pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="there are no such signals")
 @pytest.mark.parametrize("command", COMMANDS)
-@pytest.mark.parametrize("many", [4, pytest.param(12, marks=pytest.mark.thorough)])
+@pytest.mark.parametrize("many", [2, pytest.param(12, marks=pytest.mark.thorough)])
 def test_kills_at_random_lose_and_double_nothing(tmp_path, command, many):
     if command == "fleet":
         written(tmp_path / "logs")
@@ -122,3 +122,29 @@ def test_kills_at_random_lose_and_double_nothing(tmp_path, command, many):
     assert last.returncode == 0, errors
     assert parts(out) == whole
     assert ENDS[command] in errors
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name == "nt", reason="there are no such signals")
+def test_an_interrupt_as_processes_start_says_so_and_no_more(tmp_path):
+    """A terminal sends it to all of them, whatever they are at."""
+    undisturbed = subprocess.Popen([*RCCSIM, "cycles"], stdout=subprocess.DEVNULL)
+    begun = time.monotonic()
+    undisturbed.wait()
+    start = time.monotonic() - begun
+    for later in (0.3, 0.7, 1.1):
+        words = [*COMMANDS["sweep"], "--jobs", "2", "-o", "out"]
+        process = subprocess.Popen(
+            words,
+            cwd=tmp_path,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+        )
+        time.sleep(start + later)
+        os.killpg(process.pid, signal.SIGINT)
+        said = process.communicate(timeout=60)[1]
+        assert process.returncode == 130
+        assert said.splitlines()[-1] == "interrupted"
+        assert "Traceback" not in said and "leaked" not in said
