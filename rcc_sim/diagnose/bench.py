@@ -246,7 +246,7 @@ class Bench:
         parts = [np.ones(len(x)), log.speed**2, local_range(x) ** 2]
         scale = np.sqrt(self.scales[k] @ np.stack(parts))
         every = np.ones(len(x), bool)  # logs of two hypotheses judge other rows
-        return replace(self.noise[k], scale=scale, valid=every, drift=None)
+        return replace(self.noise[k], scale=scale, valid=every, drift=None, rest=None)
 
     def seen(
         self, run: Run, logs: Sequence[Seen], values: dict[str, float]
@@ -319,7 +319,8 @@ def scale_of(noise: Whitener, grows_with: Sequence[Array]) -> Array:
     """Return the shares of 1 and of squares whose sum is the square of a scale."""
     X = np.stack([np.ones(len(noise.scale)), *(g**2 for g in grows_with)], axis=1)
     unit = np.maximum(np.abs(X).max(axis=0), 1e-300)
-    found, *_ = np.linalg.lstsq(X / unit, noise.scale**2, rcond=1e-12)
+    moves = slice(None) if noise.rest is None else ~noise.rest.at
+    found, *_ = np.linalg.lstsq(X[moves] / unit, noise.scale[moves] ** 2, rcond=1e-12)
     shares: Array = np.maximum(found / unit, [1e-6, 0.0, 0.0])
     return shares
 

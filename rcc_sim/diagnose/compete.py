@@ -157,6 +157,9 @@ def compete(
                 else:
                     outdone.add(varying.effect)
                 continue
+            if best is None:  # another may vary in other channels
+                outdone.add(varying.effect)
+                continue
         known = [r for r, _ in found]
         if not (best and one) or best.trusted < needed_gain(causes, one.shares):
             told(f"two causes at once, {turn + 1}")

@@ -1,8 +1,9 @@
 """What a log reads directly, where an explanation does not agree with it.
 
 At rest a battery gives what its auxiliaries draw, and an accelerometer feels a slope,
-whatever the vehicle is. The noise of a drive remembers, so that a few seconds at rest,
-or a slope that is off for a minute, may weigh little in a fit: it is told as a doubt.
+whatever the vehicle is. Against a drive a few seconds at rest may weigh little in a
+fit, and so may a slope that is off for a minute, to a noise that remembers: it is told
+as a doubt.
 """
 
 from __future__ import annotations
@@ -11,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.analyse.logcheck.finding import Finding
-from rcc_sim.analyse.logcheck.rest import standing
-from rcc_sim.diagnose.engine import Engine
+from rcc_sim.diagnose.engine import ALIKE, GIVEN, Engine
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.units import G
@@ -24,9 +24,6 @@ FELT = "accel_x_mps2"
 
 CLEAR = 6.0
 """Standard errors of a mean from which on it is told."""
-
-LASTS = 1.0
-"""Time over which readings are taken for one, being alike. [s]"""
 
 AT_REST = 2.0
 """Least time at rest. [s]"""
@@ -45,12 +42,12 @@ TILTED = 0.006
 def disagreeing(engine: Engine, fit: Fit, log: int = 0) -> tuple[Finding, ...]:
     """Return what a log reads directly and the fit does not agree with."""
     problem = engine.problems[log]
-    rest = standing(problem.log["time_s"], problem.log.columns)
+    rest = problem.at_rest
     tracks = zip(engine.tracks, fit.residuals, fit.noise, strict=True)
     left = {c: (e, noise.valid) for (i, c), e, noise in tracks if i == log}
     found = [
         at_rest(problem, channel, *left[channel], rest)
-        for channel in ("battery_power_w", "battery_current_a")
+        for channel in GIVEN
         if channel in left
     ]
     if FELT in left and problem.drive.imposed:
@@ -109,6 +106,6 @@ def slopes(problem: Problem, left: Array, valid: Mask, rest: Mask) -> Finding | 
 
 
 def _mean(x: Array, row: float) -> tuple[float, float]:
-    """Mean and its standard error, readings within ``LASTS`` being as good as one."""
-    alone = max(len(x) * min(row / LASTS, 1.0), 1.0)
+    """Mean and its standard error, readings within ``ALIKE`` being as good as one."""
+    alone = max(len(x) * min(row / ALIKE, 1.0), 1.0)
     return float(x.mean()), float(x.std() / np.sqrt(alone))

@@ -18,13 +18,14 @@ from rcc_sim.diagnose.knobs import BIAS, Knob, figures_of
 from rcc_sim.diagnose.noise import (
     SHORT,
     Whitener,
+    at_rest,
     fit_whitener,
     lag_edges,
     local_range,
     log_density,
     log_likelihood,
 )
-from rcc_sim.diagnose.problem import Problem
+from rcc_sim.diagnose.problem import MIN_ROWS, Problem
 from rcc_sim.errors import InputError
 from rcc_sim.jit import threads
 from rcc_sim.simulate.roughness import is_rough
@@ -44,6 +45,12 @@ more exact than that."""
 NOISELESS = 2e-3
 """The same for a channel without noise, as a simulated log has: there each launch that
 is a tick late would outweigh the drive."""
+
+GIVEN = ("battery_power_w", "battery_current_a")
+"""Channels that at rest tell what the auxiliaries draw, whatever the vehicle is."""
+
+ALIKE = 1.0
+"""Time over which readings at rest tell no more than one. [s]"""
 
 STRETCHES = 25
 """Stretches of a log over which gains are told apart."""
@@ -68,6 +75,7 @@ class Engine:
         self.pool = ThreadPoolExecutor(others) if others else None
         self.tracks = [(i, c) for i, p in enumerate(problems) for c in p.channels]
         self.valid, self.grows_with, self.edges, self.least = [], [], [], []
+        self.stands: list[Mask | None] = []
         for p in problems:
             t = p.log["time_s"]
             for c, ok in zip(p.channels, p.judged, strict=True):
@@ -82,6 +90,10 @@ class Engine:
                 self.least.append((INEXACT if noisy else NOISELESS) * most)
                 edges = lag_edges(1 / p.row, MEMORY, len(t))
                 self.edges.append([] if counts else edges)
+                told = c in GIVEN and p.drive.imposed and p.charge is None
+                counted = [(ok & at).sum() for at in (p.at_rest, ~p.at_rest)]
+                told = told and edges != [0] and min(counted) >= MIN_ROWS
+                self.stands.append(p.at_rest if told else None)
 
     def residuals(self, values: dict[str, float], coarse: bool = False) -> list[Array]:
         """Measured minus predicted, a track each.
@@ -124,8 +136,13 @@ class Engine:
             if self.tracks[i][1] in sought and valid.any():
                 # a noise that remembers would take an offset that is to be found
                 e = e - float(np.mean(e[valid]))
-            known = (valid, self.grows_with[i], self.edges[i], self.least[i])
-            return fit_whitener(e, *known)
+            known = (self.grows_with[i], self.edges[i], self.least[i])
+            stands = self.stands[i]
+            if stands is None:
+                return fit_whitener(e, valid, *known)
+            moving = fit_whitener(e, valid & ~stands, *known)
+            row = self.problems[self.tracks[i][0]].row
+            return at_rest(moving, e, valid, stands, max(ALIKE / row, 1.0))
 
         return self.each(one, tracks)
 

@@ -6,7 +6,7 @@ so that it shows in power in proportion to speed) and that remembers the recent 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import inf
 
@@ -17,6 +17,7 @@ from scipy.sparse import csc_array
 from rcc_sim.diagnose.noise_kernel import (
     FREEDOM,
     follow_drift,
+    follow_stops,
     learn,
     leave_drift,
     whiten,
@@ -38,6 +39,10 @@ DRIFT_SIZES = (0.0, 0.1, 0.2, 0.4, 0.8, 1.6)
 SHORT = 1000
 """Rows below which a log is too short to tell what an encoder's noise remembers: what
 is missing in the model would be learnt as a memory. That of other sensors is real."""
+
+
+LEAST = 0.1
+"""Noise at rest, as a share of that on the way, below which none is believed."""
 
 
 def local_range(x: Array, rows: int = 7) -> Array:
@@ -64,6 +69,42 @@ def lag_edges(rate: float, memory: float, rows: int) -> list[int]:
 
 
 @dataclass(frozen=True)
+class Rest:
+    """Rows at rest, and how the level of each stop is followed along them.
+
+    Parameters
+    ----------
+    at : ndarray of bool, shape (n,)
+        Rows at which the vehicle stands.
+    gain, fade : ndarray, shape (n,)
+        Share of a row's innovation that the level takes on; what is left of the level
+        at the next: all, or nothing at the end of a stop.
+    """
+
+    at: Mask
+    gain: Array
+    fade: Array
+
+    @classmethod
+    def none(cls, n: int) -> Rest:
+        """Return that of a drive without a stop."""
+        return cls(np.zeros(n, bool), *np.zeros((2, n)))
+
+    @property
+    def rows(self) -> tuple[Mask, Array, Array]:
+        """All of it, row by row."""
+        return self.at, self.gain, self.fade
+
+    @cached_property
+    def ends(self) -> NDArray[np.intp]:
+        """One past the last row of the stop that a row lies in, or of the row."""
+        n = len(self.at)
+        last = np.where(self.fade > 0, n, np.arange(1, n + 1))
+        found: NDArray[np.intp] = np.minimum.accumulate(last[::-1])[::-1]
+        return found
+
+
+@dataclass(frozen=True)
 class Whitener:
     """Turns one channel's residual into white noise of unit variance.
 
@@ -83,6 +124,8 @@ class Whitener:
     drift : tuple of ndarray or None
         Of each row that counts, the share of its innovation that a drift takes on and
         what is left of it at the next (``follow_drift``); None where nothing drifts.
+    rest : Rest
+        Rows at which the vehicle stands, of whose noise its motion has no part.
     """
 
     scale: Array
@@ -91,6 +134,7 @@ class Whitener:
     sigma: float
     valid: Mask
     drift: tuple[Array, Array] | None = None
+    rest: Rest | None = None
 
     def __call__(self, e: Array) -> Array:
         """Return residuals (n,) or signals (n, k), whitened, invalid rows dropped."""
@@ -100,7 +144,8 @@ class Whitener:
             rows = np.flatnonzero(self.valid)
             compiled(leave_drift)(wide, rows, self._unit[rows], *self.drift, w)
         else:
-            compiled(whiten)(wide, self._unit, self.valid, *self._ends, w)
+            known = self._unit, self.valid, *self._ends
+            compiled(whiten)(wide, *known, *self._stops.rows, w)
         return w.T if e.ndim > 1 else w[0]
 
     def through(self, e: Array, windows: csc_array) -> csc_array:
@@ -118,12 +163,12 @@ class Whitener:
             mine = slice(starts[j], starts[j + 1])
             at = windows.indices[mine]
             a, b = (at.min(), at.max() + 1) if len(at) else (0, 0)
-            b = min(b + reach, len(e))
+            b = max(min(b + reach, len(e)), self._stops.ends[b - 1] if b else 0)
             part = np.zeros((1, b - a))
             part[0, at - a] = e[at] * windows.data[mine]
             w = np.empty((1, before[b] - before[a]))
-            own = self._unit[a:b], self.valid[a:b]
-            compiled(whiten)(part, *own, *self._ends, w)
+            known = self._unit[a:b], self.valid[a:b], *self._ends
+            compiled(whiten)(part, *known, *(x[a:b] for x in self._stops.rows), w)
             white.append(w[0])
             rows.append(np.arange(before[a], before[b]))
             ends.append(ends[-1] + w.size)
@@ -147,6 +192,10 @@ class Whitener:
     @cached_property
     def _unit(self) -> Array:
         return self.scale * self.sigma
+
+    @cached_property
+    def _stops(self) -> Rest:
+        return self.rest or Rest.none(len(self.scale))
 
     @cached_property
     def _ends(self) -> tuple[NDArray[np.intp], Array]:
@@ -225,6 +274,33 @@ def fit_whitener(
     if edges == [0]:
         return drifting(raw, scale * size, valid)
     return Whitener(scale, memory, edges, size, valid)
+
+
+def at_rest(
+    moving: Whitener, e: Array, valid: Mask, stands: Mask, alike: float
+) -> Whitener:
+    """Whitener of rows that count, of which those at rest have a noise of their own.
+
+    They vary about the level of their stop, and that from stop to stop: by what those
+    of the residual e do, or by as much as if so many rows that are alike told no more
+    than one. What all stops share is no noise.
+    """
+    rest = valid & stands
+    there = e[rest]
+    number = np.cumsum(np.diff(stands.astype(int), prepend=0) == 1)[rest]
+    _, stop, rows = np.unique(number, return_inverse=True, return_counts=True)
+    means = np.bincount(stop, there) / rows
+    off = np.abs(there - means[stop])
+    size = max(1.4826 * float(np.median(off)), LEAST * moving.sigma)
+    stops, n = len(rows), len(there)
+    level = size**2 * min(alike * stops / n, 1.0)
+    if stops > 1:
+        apart = float(rows @ (means - there.mean()) ** 2) / n * stops / (stops - 1)
+        level = max(level, apart - size**2 * stops / n)
+    sd, gain, fade = np.ones(len(e)), np.zeros(len(e)), np.zeros(len(e))
+    compiled(follow_stops)(valid, stands, level, size**2, sd, gain, fade)
+    scale = np.where(rest, sd / moving.sigma, moving.scale)
+    return replace(moving, scale=scale, valid=valid, rest=Rest(stands, gain, fade))
 
 
 def drifting(e: Array, scale: Array, valid: Mask) -> Whitener:

@@ -25,11 +25,12 @@ TURNS, STEPS, SOLVED, SIZED = 3, 12, 2, 6
 
 
 @jit
-def whiten(e, unit, valid, edges, weight, w):
+def whiten(e, unit, valid, edges, weight, rest, gain, fade, w):
     """Write to w[j] the valid of e[j, i] / unit[i], less what those before foresee.
 
     Means of blocks foresee it, which are differences of running totals, a weight for
-    each edge of a block; an invalid row counts as 0.
+    each edge of a block; an invalid row counts as 0. A row at rest is foreseen by those
+    of its stop alone, whose level is followed as a drift is, and foresees no other.
     """
     n = e.shape[1]
     z = np.empty(n)
@@ -38,16 +39,21 @@ def whiten(e, unit, valid, edges, weight, w):
         for i in range(n):
             z[i] = e[j, i] / unit[i] if valid[i] else 0.0
         for i in range(n):
-            total[i + 1] = total[i] + z[i]
+            total[i + 1] = total[i] + (0.0 if rest[i] else z[i])
         for b in range(len(edges)):
             share, later = weight[b], z[edges[b] :]
             for i in range(len(later)):
                 later[i] -= share * total[i]
-        k = 0
+        k, level = 0, 0.0
         for i in range(n):
-            if valid[i]:
-                w[j, k] = z[i]
-                k += 1
+            if not valid[i]:
+                continue
+            w[j, k] = z[i]
+            if rest[i]:
+                new = e[j, i] - level
+                w[j, k] = new / unit[i]
+                level = fade[i] * (level + gain[i] * new)
+            k += 1
 
 
 @jit
@@ -65,6 +71,28 @@ def follow_drift(each, rows, time, variance, sd, gain, fade):
         if k + 1 < len(rows):
             fade[k] = math.exp((rows[k] - rows[k + 1]) / time)
         unsure = variance + fade[k] ** 2 * (unsure * (1.0 - gain[k]) - variance)
+
+
+@jit
+def follow_stops(valid, stands, level, variance, sd, gain, fade):
+    """Write how the level of each stop is followed, as ``follow_drift`` does a drift.
+
+    At rest a row varies by ``variance`` about the level of its stop, and this by
+    ``level`` from stop to stop.
+    """
+    unsure, last = level, -1
+    for i in range(len(valid)):
+        if not stands[i]:
+            if last >= 0:
+                fade[last] = 0.0
+            unsure, last = level, -1
+            continue
+        fade[i] = 1.0
+        if valid[i]:
+            square = unsure + variance
+            sd[i], gain[i] = math.sqrt(square), unsure / square
+            unsure *= 1.0 - gain[i]
+            last = i
 
 
 @jit

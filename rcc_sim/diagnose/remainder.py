@@ -140,12 +140,12 @@ class Remainder:
         """Nats of what is left in the tracks in which a cause shows itself.
 
         An unknown power is an auxiliary load that varies, and does not speak against
-        one. Nor does what chance may leave, beside something real.
+        one; nor does that load's own coming and going. Nor does what chance may leave,
+        beside something real.
         """
+        own = (effect, ITSELF[effect]) if effect in ITSELF else ()
         rivals = [
-            r
-            for r in self.rivals
-            if ITSELF.get(effect) != r.acts_as and r.is_real == self.is_real
+            r for r in self.rivals if r.acts_as not in own and r.is_real == self.is_real
         ]
         return max((r.evidence * overlap(r.shares, shares) for r in rivals), default=0)
 

@@ -2,8 +2,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.sparse import csc_array
 
-from rcc_sim.diagnose.noise import fit_whitener, lag_edges, log_likelihood
+from rcc_sim.diagnose.noise import at_rest, fit_whitener, lag_edges, log_likelihood
 
 ROWS = 4000
 ALL = np.ones(ROWS, bool)
@@ -90,3 +91,70 @@ def test_of_noise_that_remembers_its_past_foresees_the_square_of_that(memory):
     e = autocorrelated(memory, np.random.default_rng(5))
     whitener = fit_whitener(e, ALL, [], lag_edges(100.0, 3.0, ROWS))
     assert whitener.foresees(e) == pytest.approx(memory**2, abs=0.03)
+
+
+def stopping(seed=4, stop=200, drive=300):
+    """Rows of a drive whose noise remembers, with stops between, where it does not."""
+    rng = np.random.default_rng(seed)
+    stands = np.arange(ROWS) % (stop + drive) >= drive
+    e = np.where(stands, 0.3 * rng.normal(size=ROWS), autocorrelated(0.95, rng))
+    return e, stands, rng
+
+
+def rested(e, stands, alike=1.0, valid=ALL):
+    moving = fit_whitener(e, valid & ~stands, [], lag_edges(100.0, 1.0, ROWS))
+    return at_rest(moving, e, valid, stands, alike)
+
+
+def test_rest_neither_remembers_a_drive_nor_is_remembered_by_it():
+    e, stands, rng = stopping()
+    valid = rng.random(ROWS) > 0.1
+    by = rested(e, stands, 10.0, valid)
+    at = stands[valid]
+    moved = by(e + 5.0 * stands) - by(e)
+    assert moved[~at] == pytest.approx(0.0, abs=1e-9)
+    assert moved[at].max() > 1.0
+    other = by(e + 5.0 * ~stands) - by(e)
+    assert other[at] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_windows_that_cut_stops_are_whitened_as_the_whole_is():
+    e, stands, rng = stopping()
+    by = rested(e, stands, 10.0, rng.random(ROWS) > 0.1)
+    windows = csc_array(np.eye(13)[np.arange(ROWS) * 13 // ROWS])
+    whole = by(e[:, None] * windows.toarray())
+    assert by.through(e, windows).toarray() == pytest.approx(whole, abs=1e-9)
+
+
+def test_rows_at_rest_are_whitened_by_the_inverse_of_their_covariance():
+    """A level for each stop and rows about it: wᵀw = eᵀ C⁻¹ e, ln|C| by its scale."""
+    e, stands, _ = stopping()
+    by = rested(e, stands, 30.0)
+    stop = np.cumsum(np.diff(stands.astype(int), prepend=0) == 1)[stands]
+    unit = (by.scale * by.sigma)[stands]
+    variance = unit[0] ** 2 * (1 - by.rest.gain[stands][0])
+    level = unit[0] ** 2 - variance
+    C = variance * np.eye(len(stop)) + level * (stop[:, None] == stop)
+    x = e[stands]
+    assert by(e)[stands] @ by(e)[stands] == pytest.approx(x @ np.linalg.solve(C, x))
+    assert 2 * np.log(unit).sum() == pytest.approx(np.linalg.slogdet(C)[1])
+
+
+@pytest.mark.parametrize("apart", [0.1, 1.0, 3.0])
+def test_the_mean_at_rest_is_as_sure_as_its_scatter_from_stop_to_stop(apart):
+    """Over 400 drives of eight stops, beside the variance of their means."""
+    means, told = [], []
+    for seed in range(400):
+        e, stands, rng = stopping(seed)
+        level = apart * rng.normal(size=1 + ROWS // 500)
+        e = e + np.where(stands, level[np.arange(ROWS) // 500], 0.0)
+        means.append(e[stands].mean())
+        told.append(1 / np.sum(rested(e, stands)(np.ones(ROWS))[stands] ** 2))
+    assert 0.75 < np.mean(told) / np.var(means) < 1.25
+
+
+@pytest.mark.parametrize("alike", [1.0, 20.0])
+def test_of_stops_that_are_alike_so_many_rows_tell_as_one_does(alike):
+    e, stands, _ = stopping()
+    told = 1 / np.sum(rested(e, stands, alike)(np.ones(ROWS))[stands] ** 2)
+    assert told == pytest.approx((1 + alike) * 0.3**2 / stands.sum(), rel=0.2)
