@@ -12,7 +12,16 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
-SKIPPED = ("make ", "make\n", "pip ", "python -m pip", "git ", "cd ", "#")
+SKIPPED = (
+    "make ",
+    "make\n",
+    "pip ",
+    "python -m pip",
+    "git ",
+    "cd ",
+    "#",
+    "rccsim demo",
+)
 
 
 def blocks(page):

@@ -157,7 +157,7 @@ def test_a_users_mistake_is_one_error_line_and_exit_2(words, tmp_path):
     assert len(lines) <= 2
 
 
-@pytest.mark.parametrize("name", command_names())
+@pytest.mark.parametrize("name", sorted({*command_names()} - {"demo"}))
 def test_a_command_called_with_nothing_works_or_says_what_is_missing(name, tmp_path):
     done = run(name, cwd=tmp_path, stdin=subprocess.DEVNULL)
     assert done.returncode in (0, 2)

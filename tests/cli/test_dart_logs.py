@@ -91,6 +91,7 @@ SEEN = sorted(DART.glob("70_racetrack_lap_v_1/*.csv.gz"))
 def test_the_gyro_is_as_late_as_its_shift_against_the_heading_says():
     """The shift at which gyro and motion capture agree best, without any vehicle."""
     words = ("--vehicle", "dart_jetracer", "--withhold", "sensor_delay")
+    words += ("--candidates", "sensor_delay,steering_delay,steering_lag")
     found = answer("diagnose", SEEN[0], *words)
     (late,) = (c for c in found["causes"] if c["effect"] == "sensor_delay")
     table = pd.read_csv(SEEN[0])

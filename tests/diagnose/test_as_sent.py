@@ -58,6 +58,8 @@ def test_they_are_no_delay(asked, row):
 
 
 def test_a_delay_beyond_a_row_is_one(asked):
-    (one,) = diagnose([sent(asked, 0.02, delay=0.08)], CAR).asserted
+    rivals = ("steering_delay", "steering_lag", "steering_gain", "sensor_delay")
+    log = sent(asked, 0.02, delay=0.08)
+    (one,) = diagnose([log], CAR, candidates=rivals).asserted
     assert one.cause.effect == "steering_delay"
     assert one.figures["delay_s"].value == pytest.approx(0.08, abs=0.004)

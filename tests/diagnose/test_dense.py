@@ -68,7 +68,8 @@ def test_a_delay_is_found_at_a_thousand_rows_a_second():
     seen = {c: run[c] + rng.normal(0, sd, len(run)) for c, sd in noise.items()}
     same = ("time_s", "speed_ref_mps", "steer_cmd_rad")
     log = Trace({**{c: run[c] for c in same}, **seen}, name="fast")
-    found = diagnose([Logged(log, (), None)], car)
+    rivals = ("steering_delay", "steering_lag", "steering_gain", "sensor_delay")
+    found = diagnose([Logged(log, (), None)], car, candidates=rivals)
     (one,) = found.asserted
     assert one.cause.effect == "steering_delay"
     (delay,) = one.figures.values()

@@ -34,9 +34,10 @@ def cases(tmp_path_factory):
     return out, labels
 
 
-def found_in(case):
+def found_in(case, candidates=()):
     vehicle = load_vehicle(case / "vehicle.toml")
-    return diagnose([open_log(case / "log.csv.gz", vehicle)], vehicle)
+    log = open_log(case / "log.csv.gz", vehicle)
+    return diagnose([log], vehicle, candidates=candidates)
 
 
 @pytest.fixture(scope="module")
@@ -132,7 +133,8 @@ def test_names_of_files_do_not_reach_the_diagnosis(cases, tmp_path):
     other.mkdir()
     for file in (out / name).iterdir():
         (other / file.name).write_bytes(file.read_bytes())
-    first, again = found_in(out / name), found_in(other)
+    few = (*labels[name]["effects"], "rolling_resistance", "headwind")
+    first, again = found_in(out / name, few), found_in(other, few)
     assert first.status == again.status
     assert first.fit.values == again.fit.values
     assert np.isclose(first.shrink.explained, again.shrink.explained, atol=0)

@@ -43,7 +43,7 @@ def late_log(folder, rows: int, seed: int, corner_s: float = 1.0):
 
 
 @pytest.mark.parametrize(
-    "rows", [3, 8, -4, pytest.param(-10, marks=pytest.mark.thorough)]
+    "rows", [8, -4, *(pytest.param(n, marks=pytest.mark.thorough) for n in (3, -10))]
 )
 def test_the_delay_is_found_and_nothing_else(tmp_path, rows):
     found = diagnose([late_log(tmp_path, rows, seed=abs(rows))], CAR).document()
@@ -106,7 +106,14 @@ def torque_log(late_s: float, rate: float):
     return Trace(log, name="drive")
 
 
-@pytest.mark.parametrize("late_s, rate", [(0.35, 10.0), (0.35, 50.0), (0.0, 10.0)])
+@pytest.mark.parametrize(
+    "late_s, rate",
+    [
+        (0.35, 10.0),
+        pytest.param(0.35, 50.0, marks=pytest.mark.thorough),
+        (0.0, 10.0),
+    ],
+)
 def test_power_later_than_a_measured_torque_is_a_delay_and_no_load(late_s, rate):
     """The noise model would remember what is late; what it says is told by its rows."""
     log = torque_log(late_s, rate)

@@ -35,7 +35,9 @@ def step(throttle, seed, folder):
 def test_a_friction_is_found_in_logs_one_of_which_stands(tmp_path):
     logs = [step(x, i, tmp_path) for i, x in enumerate((0.1, 0.3, 0.35, 0.4))]
     assert np.ptp(logs[0].log["speed_mps"]) < 0.05  # below the dead zone
-    found = diagnose(logs, CAR.changed(without=("road_load",)), withheld=["road_load"])
+    bare, rivals = CAR.changed(without=("road_load",)), ("payload", "motor_lag")
+    names = ("road_load", *rivals)
+    found = diagnose(logs, bare, withheld=["road_load"], candidates=names)
     (first,) = found.asserted
     assert first.cause.effect == "road_load"
     a, b, c = (first.figures[k].value for k in FRICTION)

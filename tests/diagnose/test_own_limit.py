@@ -31,6 +31,7 @@ EFFECT = Effect(
 )
 """
 TRUE = 1.9
+RIVALS = ("aerodynamic_drag", "drivetrain_damping", "rolling_resistance")
 
 
 @pytest.mark.parametrize(
@@ -61,7 +62,7 @@ def test_it_is_named_and_found_near_where_it_acts(tmp_path, sought):
     np.savetxt(
         path, rows, fmt="%.6g", delimiter=",", header=",".join(kept), comments=""
     )
-    found = diagnose([open_log(path, car)], car)
+    found = diagnose([open_log(path, car)], car, candidates=("flap", *RIVALS))
     first = found.asserted[0]
     assert first.cause.effect == "flap"
     assert first.figures["opens_mps"].value == pytest.approx(TRUE, abs=0.2)

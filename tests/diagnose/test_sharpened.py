@@ -22,7 +22,7 @@ TRIP = DATA / "real_ev/bmw_i3_tum/TripA23.csv.gz"
 def test_a_real_heater_is_followed_once_the_coarse_of_it_is_known():
     car = load_vehicle("bmw_i3")
     log = open_log(TRIP, car, hide=["aux_power_w"])
-    found = diagnose([log], car)
+    found = diagnose([log], car, candidates=("auxiliary_load", "payload"))
     first = found.asserted[0].cause
     assert first.effect == "auxiliary_load"
     measured = open_log(TRIP, car).log

@@ -66,8 +66,10 @@ def test_a_drive_without_a_cause_has_none(rate, every):
     ("effect", "name", "value"),
     [
         ("motor_lag", "time_constant_s", 0.08),
-        ("rotor_inertia", "inertia_kgm2", 8e-6),
-        ("payload", "mass_kg", 0.8),
+        pytest.param(
+            *("rotor_inertia", "inertia_kgm2", 8e-6), marks=pytest.mark.thorough
+        ),
+        pytest.param("payload", "mass_kg", 0.8, marks=pytest.mark.thorough),
     ],
 )
 @pytest.mark.parametrize("rate", OTHER)

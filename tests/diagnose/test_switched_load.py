@@ -67,8 +67,18 @@ def judged(found, heater):
     return one, alike, true
 
 
-@pytest.mark.parametrize("torque", [False, True], ids=["by speed", "by torque"])
-@pytest.mark.parametrize("heater", HEATERS.values(), ids=list(HEATERS))
+@pytest.mark.parametrize(
+    ("heater", "torque"),
+    [
+        pytest.param(
+            *(heater, torque),
+            id=f"{name} by {'torque' if torque else 'speed'}",
+            marks=[pytest.mark.thorough] * (torque != (name == "once")),
+        )
+        for name, heater in HEATERS.items()
+        for torque in (False, True)
+    ],
+)
 def test_a_heater_that_switches_is_named_with_its_mean(tmp_path, heater, torque):
     found = diagnose([driven(tmp_path, heater, torque)], CAR)
     one, alike, true = judged(found, heater)
@@ -190,7 +200,11 @@ def test_a_heater_that_swings_twice_a_minute_is_followed(tmp_path):
     assert one.figures["power_w"].value == pytest.approx(true, rel=0.03)
 
 
-@pytest.mark.parametrize("torque", [False, True], ids=["by speed", "by torque"])
+@pytest.mark.parametrize(
+    "torque",
+    [pytest.param(False, marks=pytest.mark.thorough), True],
+    ids=["by speed", "by torque"],
+)
 def test_what_would_be_less_than_no_load_is_left_and_placed(tmp_path, torque):
     def heater(t):
         generator = np.where((t > 300) & (t < 330), 7000.0, 0.0)
