@@ -17,7 +17,6 @@ from scipy.sparse import csc_array
 from rcc_sim.diagnose.noise_kernel import (
     FREEDOM,
     follow_drift,
-    follow_stops,
     learn,
     leave_drift,
     whiten,
@@ -43,6 +42,18 @@ is missing in the model would be learnt as a memory. That of other sensors is re
 
 LEAST = 0.1
 """Noise at rest, as a share of that on the way, below which none is believed."""
+
+STOPS = (4.0, 16.0, 64.0, 256.0)
+"""Times in which a level at rest may die away, in those over which rows are alike."""
+
+LEVELS = (0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
+"""Sizes of that level, in times the noise of a row."""
+
+FORGOTTEN = 20.0
+"""Nepers from which on nothing is left of a level."""
+
+MAD = 1.4826
+"""Standard deviation of a Gaussian, in times its median absolute deviation."""
 
 
 def local_range(x: Array, rows: int = 7) -> Array:
@@ -70,15 +81,15 @@ def lag_edges(rate: float, memory: float, rows: int) -> list[int]:
 
 @dataclass(frozen=True)
 class Rest:
-    """Rows at rest, and how the level of each stop is followed along them.
+    """Rows at rest, and how what they share is followed along them.
 
     Parameters
     ----------
     at : ndarray of bool, shape (n,)
-        Rows at which the vehicle stands.
+        Rows at which the vehicle stands and that count.
     gain, fade : ndarray, shape (n,)
-        Share of a row's innovation that the level takes on; what is left of the level
-        at the next: all, or nothing at the end of a stop.
+        Share of a row's innovation that their level takes on; what is left of the level
+        at the next (``follow_drift``).
     """
 
     at: Mask
@@ -95,13 +106,19 @@ class Rest:
         """All of it, row by row."""
         return self.at, self.gain, self.fade
 
+    def remembers(self, end: int) -> int:
+        """Return one past the last row that knows of the one before ``end``."""
+        if not end:
+            return 0
+        until = np.searchsorted(self._forgotten, self._forgotten[end - 1] + FORGOTTEN)
+        return min(int(until) + 1, len(self.at))
+
     @cached_property
-    def ends(self) -> NDArray[np.intp]:
-        """One past the last row of the stop that a row lies in, or of the row."""
-        n = len(self.at)
-        last = np.where(self.fade > 0, n, np.arange(1, n + 1))
-        found: NDArray[np.intp] = np.minimum.accumulate(last[::-1])[::-1]
-        return found
+    def _forgotten(self) -> Array:
+        """Nepers by which a level has faded since the start."""
+        left = np.where(self.at, self.fade * (1 - self.gain), 1.0)
+        faded: Array = np.cumsum(-np.log(np.maximum(left, 1e-300)))
+        return faded
 
 
 @dataclass(frozen=True)
@@ -163,7 +180,7 @@ class Whitener:
             mine = slice(starts[j], starts[j + 1])
             at = windows.indices[mine]
             a, b = (at.min(), at.max() + 1) if len(at) else (0, 0)
-            b = max(min(b + reach, len(e)), self._stops.ends[b - 1] if b else 0)
+            b = max(min(b + reach, len(e)), self._stops.remembers(b))
             part = np.zeros((1, b - a))
             part[0, at - a] = e[at] * windows.data[mine]
             w = np.empty((1, before[b] - before[a]))
@@ -281,26 +298,34 @@ def at_rest(
 ) -> Whitener:
     """Whitener of rows that count, of which those at rest have a noise of their own.
 
-    They vary about the level of their stop, and that from stop to stop: by what those
-    of the residual e do, or by as much as if so many rows that are alike told no more
-    than one. What all stops share is no noise.
+    They vary about a level, and that from stop to stop and within one: as is likeliest
+    for the residual e, or by as much as if so many rows that are alike told no more
+    than one. What all share is no noise: the likelihood is that of the rest (REML).
     """
     rest = valid & stands
-    there = e[rest]
-    number = np.cumsum(np.diff(stands.astype(int), prepend=0) == 1)[rest]
-    _, stop, rows = np.unique(number, return_inverse=True, return_counts=True)
-    means = np.bincount(stop, there) / rows
-    off = np.abs(there - means[stop])
-    size = max(1.4826 * float(np.median(off)), LEAST * moving.sigma)
-    stops, n = len(rows), len(there)
-    level = size**2 * min(alike * stops / n, 1.0)
-    if stops > 1:
-        apart = float(rows @ (means - there.mean()) ** 2) / n * stops / (stops - 1)
-        level = max(level, apart - size**2 * stops / n)
-    sd, gain, fade = np.ones(len(e)), np.zeros(len(e)), np.zeros(len(e))
-    compiled(follow_stops)(valid, stands, level, size**2, sd, gain, fade)
-    scale = np.where(rest, sd / moving.sigma, moving.scale)
-    return replace(moving, scale=scale, valid=valid, rest=Rest(stands, gain, fade))
+    rows = np.flatnonzero(rest)
+    stop = np.cumsum(np.diff(stands.astype(int), prepend=0) == 1)[rows]
+    first = np.flatnonzero(np.diff(stop, prepend=0))
+    steps = np.delete(np.diff(e[rows], prepend=0.0), first)
+    size = max(MAD * float(np.median(np.abs(steps))) / np.sqrt(2), LEAST * moving.sigma)
+    least = size * np.sqrt(min(alike * len(first) / len(rows), 1.0))
+    both = np.stack([np.nan_to_num(e), np.ones(len(e))])
+    each = np.full(len(e), size**2)
+    (sd, gain, fade), w = np.empty((3, len(rows))), np.empty((2, len(rows)))
+    best, found = -inf, (sd, gain, fade)
+    for time in STOPS:
+        for level in (least, *(size * x for x in LEVELS if size * x > least)):
+            compiled(follow_drift)(each, rows, time * alike, level**2, sd, gain, fade)
+            compiled(leave_drift)(both, rows, sd, gain, fade, w)
+            known = float(w[1] @ w[1])
+            left = w[0] - float(w[0] @ w[1]) / known * w[1]
+            value = float(log_density(left).sum() - np.log(sd).sum())
+            value -= 0.5 * float(np.log(known))
+            if value > best:
+                best, found = value, (sd.copy(), gain.copy(), fade.copy())
+    scale, of = moving.scale.copy(), np.zeros((2, len(e)))
+    scale[rows], of[:, rows] = found[0] / moving.sigma, found[1:]
+    return replace(moving, scale=scale, valid=valid, rest=Rest(rest, *of))
 
 
 def drifting(e: Array, scale: Array, valid: Mask) -> Whitener:

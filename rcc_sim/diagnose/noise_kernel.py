@@ -30,7 +30,7 @@ def whiten(e, unit, valid, edges, weight, rest, gain, fade, w):
 
     Means of blocks foresee it, which are differences of running totals, a weight for
     each edge of a block; an invalid row counts as 0. A row at rest is foreseen by those
-    of its stop alone, whose level is followed as a drift is, and foresees no other.
+    at rest alone, whose level is followed as a drift is, and foresees no other.
     """
     n = e.shape[1]
     z = np.empty(n)
@@ -71,28 +71,6 @@ def follow_drift(each, rows, time, variance, sd, gain, fade):
         if k + 1 < len(rows):
             fade[k] = math.exp((rows[k] - rows[k + 1]) / time)
         unsure = variance + fade[k] ** 2 * (unsure * (1.0 - gain[k]) - variance)
-
-
-@jit
-def follow_stops(valid, stands, level, variance, sd, gain, fade):
-    """Write how the level of each stop is followed, as ``follow_drift`` does a drift.
-
-    At rest a row varies by ``variance`` about the level of its stop, and this by
-    ``level`` from stop to stop.
-    """
-    unsure, last = level, -1
-    for i in range(len(valid)):
-        if not stands[i]:
-            if last >= 0:
-                fade[last] = 0.0
-            unsure, last = level, -1
-            continue
-        fade[i] = 1.0
-        if valid[i]:
-            square = unsure + variance
-            sd[i], gain[i] = math.sqrt(square), unsure / square
-            unsure *= 1.0 - gain[i]
-            last = i
 
 
 @jit

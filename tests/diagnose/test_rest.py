@@ -14,23 +14,33 @@ from rcc_sim.trace import Trace
 CAR = load_vehicle("tesla_model_3")
 LOAD, DRAG = "effects.auxiliary_load.power_w", "effects.road_load.c_n_s2_per_m2"
 STATED = CAR.figures()[LOAD].value
-RESTS, ROUGH, REMEMBERS = 8.0, 120.0, 0.9  # s; N; from row to row
-METER = 150.0  # W
+RESTS, ROUGH, METER = 8.0, 120.0, 150.0  # s; N; W
+ROW = 0.1
 
 
-def driven(watts, drag=1.0, seed=0):
-    """A rough highway and eight seconds at its end, with more load and drag."""
-    way = parse_cycle("hwfet")
-    t = np.arange(0.0, way.time_s[-1] + RESTS, 0.1)
+def wandering(seconds, rows, rng):
+    """What forgets within some seconds: an Ornstein-Uhlenbeck process of size 1."""
+    fade, x = np.exp(-ROW / seconds), rng.normal(size=rows)
+    for i in range(1, rows):
+        x[i] = fade * x[i - 1] + np.sqrt(1 - fade**2) * x[i]
+    return x
+
+
+def driven(watts, drag=1.0, cycle="hwfet", wanders=0.0, meter=METER, seed=0):
+    """A rough way and eight seconds at its end, with more load and drag.
+
+    The load may wander within a minute.
+    """
+    way = parse_cycle(cycle)
+    t = np.arange(0.0, way.time_s[-1] + RESTS, ROW)
     v = np.interp(t, way.time_s, way.speed_mps)
     air = drag * CAR.figures()[DRAG].value
     true = CAR.changed(settings={LOAD: STATED + watts, DRAG: air})
     out = replay(true, drive_of(Trace({"time_s": t, "speed_mps": v}), true))
     rng = np.random.default_rng(seed)
-    force = ROUGH * rng.normal(size=len(t))
-    for i in range(1, len(t)):
-        force[i] = REMEMBERS * force[i - 1] + np.sqrt(1 - REMEMBERS**2) * force[i]
-    power = out["battery_power_w"] + force * v + METER * rng.normal(size=len(t))
+    force = ROUGH * wandering(1.0, len(t), rng)
+    power = out["battery_power_w"] + force * v + meter * rng.normal(size=len(t))
+    power += wanders * wandering(60.0, len(t), rng)
     speed = np.abs(v + 0.02 * rng.normal(size=len(t)) * (v > 0))
     columns = {"time_s": t, "speed_mps": speed, "battery_power_w": power}
     return Logged(Trace(columns, name="way"), (), ())
@@ -51,3 +61,12 @@ def test_a_load_that_shows_at_rest_is_named_beside_a_rough_road(drag):
 @pytest.mark.slow
 def test_a_load_as_stated_is_none():
     assert diagnose([driven(0.0)], CAR).asserted == ()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("wanders", [60.0, 150.0])
+def test_a_load_that_wanders_about_what_is_stated_is_none(wanders):
+    """At each stop it is another, and by a quiet meter that is beyond doubt."""
+    log = driven(0.0, cycle="udds[0:600]", wanders=wanders, meter=20.0)
+    found = diagnose([log], CAR)
+    assert (found.status, found.asserted) == ("no_gap", ())
