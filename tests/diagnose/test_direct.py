@@ -20,12 +20,7 @@ NOISE = {"speed_mps": 0.02, "battery_power_w": 150.0, "accel_x_mps2": 0.06}
 HILL = (2500.0, 3500.0, 0.02)
 
 
-LOAD = "effects.auxiliary_load.power_w"
-KNOWN = CAR.changed(settings={LOAD: {"value": CAR.figures()[LOAD].value, "sd": 0.5}})
-"""The same, its load known, which cannot give way to what is drawn at rest."""
-
-
-def told(at_rest=0.0, hill=0.0, seed=1, car=CAR):
+def told(at_rest=0.0, hill=0.0, seed=1):
     """What is told of a drive in a town, of which the log has no road.
 
     ``at_rest`` [W] is drawn at rest alone; the accelerometer feels so much of a hill
@@ -35,7 +30,7 @@ def told(at_rest=0.0, hill=0.0, seed=1, car=CAR):
     t = np.arange(0.0, 500.0, 0.1)
     v = np.interp(t, town.time_s, town.speed_mps)
     s = integral_of(t, v)
-    out = replay(car, drive_of(Trace({"time_s": t, "speed_mps": v}), car))
+    out = replay(CAR, drive_of(Trace({"time_s": t, "speed_mps": v}), CAR))
     slope = np.where((s > HILL[0]) & (s < HILL[1]), hill * HILL[2], 0.0)
     true = {
         "speed_mps": v,
@@ -45,7 +40,7 @@ def told(at_rest=0.0, hill=0.0, seed=1, car=CAR):
     rng = np.random.default_rng(seed)
     seen = {c: x + rng.normal(0, NOISE[c], len(t)) for c, x in true.items()}
     seen["speed_mps"] = np.abs(seen["speed_mps"]) * (v > 0)
-    engine = Engine([problem_of(Trace({"time_s": t} | seen, name="town"), car)])
+    engine = Engine([problem_of(Trace({"time_s": t} | seen, name="town"), CAR)])
     fit = descent.fit(engine, {}, nuisance_knobs(engine.problems))
     return disagreeing(engine, fit), t[s > HILL[0]][0], t[s < HILL[1]][-1]
 
@@ -56,17 +51,12 @@ def test_nothing_is_told_of_a_drive_that_agrees():
 
 @pytest.mark.parametrize("watts", [2500.0, -900.0])
 def test_what_is_drawn_at_rest_alone_is_told(watts):
-    (one,), *_ = told(at_rest=watts, car=KNOWN)
+    (one,), *_ = told(at_rest=watts)
     assert one.channel == "battery_power_w"
     size, _, way = one.what.split()[1:4]
     assert way == ("more" if watts > 0 else "less")
-    # drag and the meter's zero, which are known less well, give way by a part of it
-    assert 0.2 * abs(watts) < float(size) < abs(watts)
-
-
-@pytest.mark.parametrize("watts", [2500.0, -900.0])
-def test_a_stated_load_gives_way_to_what_is_drawn_at_rest(watts):
-    assert told(at_rest=watts)[0] == ()
+    # the stated load and drag, which may be off by their sds, give way by a part of it
+    assert 0.3 * abs(watts) < float(size) < 0.7 * abs(watts)
 
 
 def test_a_slope_that_was_felt_and_not_climbed_is_told_where_it_is():
