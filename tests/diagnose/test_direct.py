@@ -55,8 +55,8 @@ def test_what_is_drawn_at_rest_alone_is_told(watts):
     assert one.channel == "battery_power_w"
     size, _, way = one.what.split()[1:4]
     assert way == ("more" if watts > 0 else "less")
-    # the stated load and drag, which may be off by their sds, give way by a part of it
-    assert 0.3 * abs(watts) < float(size) < 0.7 * abs(watts)
+    # load and drag as stated, which may be off by their sds, give way by much of it
+    assert 0.1 * abs(watts) < float(size) < 0.7 * abs(watts)
 
 
 def test_a_slope_that_was_felt_and_not_climbed_is_told_where_it_is():
