@@ -42,6 +42,7 @@ from rcc_sim.diagnose.ties import settled
 from rcc_sim.diagnose.tips import no_surer
 from rcc_sim.diagnose.verdict import (
     DOUBTLESS,
+    EVEN,
     Asserted,
     battery_of_another,
     ends_early,
@@ -220,6 +221,7 @@ def diagnose(
         ends=any(early),
         farthest=farthest,
         disagree=any(one.disagrees for one in by_log),
+        even=any(one.probability <= EVEN for one in asserted),
     )
     shown = farthest_off(gaps)
     return Diagnosis(

@@ -65,6 +65,9 @@ largest of a cause that needs another vehicle."""
 SOFT = 4.0
 """Nats by which odds grow by e: model error blunts a likelihood by about so much."""
 
+ALIKE = 1.0
+"""Nats within which two are equally likely."""
+
 ROW_SHARE = 0.2
 """Share of a log's rows to which a time is told, one sd: when within a row a command
 came or a reading was taken, no log says."""
@@ -172,6 +175,7 @@ def status_of(
     ends: bool = False,
     farthest: float = 0.0,
     disagree: bool = False,
+    even: bool = False,
 ) -> str:
     """Return the status: no_gap, explained, partly_explained or unexplained.
 
@@ -180,13 +184,13 @@ def status_of(
     explained, nor what grows; nor is what does not shrink row by row (``explained``, a
     share), nor by a cause that ``ends`` where its search does, nor where stated
     figures are ``farthest`` off by more sds than is tolerated, nor where logs
-    ``disagree``. A gap is ``large`` if it is one whatever the rows say; what no
-    tolerance takes is one as well.
+    ``disagree``, nor by a cause of which the chances are ``even``. A gap is ``large``
+    if it is one whatever the rows say; what no tolerance takes is one as well.
     """
     if not causes:
         real = left.is_real or large or farthest > TOLERATED or disagree
         return "unexplained" if real else "no_gap"
-    stays = left.is_real or ends or explained < 1 - SHRUNK
+    stays = left.is_real or ends or even or explained < 1 - SHRUNK
     stays |= farthest > TOLERATED or disagree
     if before is not None and after is not None:
         stays |= grew(before, after)
@@ -239,6 +243,8 @@ def probability(
     one of them stands for what is not known.
     """
     margin = min(cause.gain - 0.5 * ENOUGH, cause.gain - cause.rival)
+    if abs(margin) < ALIKE:
+        margin = 0.0
     chance = 1 / (1 + exp(-min(margin, 200.0) / SOFT))
     if cause.profiles:  # something unknown of the same course is no likelier
         chance = max(chance, EVEN)

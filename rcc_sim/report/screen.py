@@ -16,6 +16,7 @@ from rcc_sim.diagnose.diagnosis import Diagnosis
 from rcc_sim.diagnose.experiment import Experiment
 from rcc_sim.diagnose.menu import STAND
 from rcc_sim.diagnose.verdict import (
+    EVEN,
     Asserted,
     Estimate,
     grew,
@@ -66,9 +67,6 @@ UNSEEN = 6
 
 GIVEN = {STAND: "its log as --on-stand"}
 """How the log of a run is given that was not driven on the road."""
-
-EVEN = 0.5
-"""Probability up to which a cause is no likelier than that there is none."""
 
 LEAST = 0.05
 """Nats below which two causes do not part at all."""

@@ -272,3 +272,13 @@ def test_a_figure_is_as_unsure_as_the_fits_that_no_log_tells_apart():
     )
     assert among.value == alone.value
     assert (among.sd / alone.sd) ** 2 == pytest.approx(found**2 / 1e-6)
+
+
+@pytest.mark.parametrize(("rival", "even"), [(49.2, True), (50.8, True), (44.0, False)])
+def test_what_something_unknown_is_as_likely_as_is_explained_in_part(rival, even):
+    """Within a nat the chances are even, and no wind is claimed."""
+    wind = Cause("headwind", ("x",), 50.0, profiles={0: None}, rival=rival)
+    chance = probability(wind, NOTHING)
+    assert (chance == EVEN) is even
+    told = "partly_explained" if even else "explained"
+    assert status_of([wind], NOTHING, even=chance <= EVEN) == told
