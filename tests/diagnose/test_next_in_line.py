@@ -1,0 +1,61 @@
+"""What varies and does not stand leaves its place to what varies elsewhere."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+
+from rcc_sim.diagnose import compete as of
+from rcc_sim.diagnose.cause import Cause
+from rcc_sim.diagnose.remainder import UNKNOWN_ENOUGH, Remainder
+
+WIND = Cause("headwind", ("w",), 180.0, profiles={0: None})
+LOAD = Cause("auxiliary_load", ("l",), 80.0, profiles={0: None})
+
+
+def test_a_load_is_tried_where_a_wind_fits_better_and_does_not_stand(monkeypatch):
+    asked = []
+
+    def profile_cause(engine, fit, named):
+        asked.append(frozenset(named))
+        return next((c for c in (WIND, LOAD) if c.effect in named), None), set()
+
+    said = {
+        "woken": lambda engine, null: null,
+        "read_late": lambda *_: None,
+        "screened": lambda *_: [],
+        "contenders": lambda *_: [],
+        "coupled": lambda *_: [],
+        "profile_cause": profile_cause,
+        "is_clear": lambda *_: True,
+        "remainder": lambda *_: None,
+        "stands_out": lambda varying, left: varying.effect == LOAD.effect,
+        "acting": lambda engine, fit, causes, one: (engine, fit, [*causes, one]),
+        "may_blow": lambda one: True,
+        "is_another": lambda fit: False,
+        "outweighed": lambda *_: False,
+        "without_outdone": lambda *same: same,
+        "without_idle": lambda engine, causes, fit: (causes, fit),
+        "one_alone": lambda engine, causes, fit, close: (causes, fit),
+    }
+    for name, do in said.items():
+        monkeypatch.setattr(of, name, do)
+    able = [
+        SimpleNamespace(
+            effect=c.effect, several=False, searches=[SimpleNamespace(key=c)]
+        )
+        for c in (WIND, LOAD)
+    ]
+    found = of.compete(SimpleNamespace(problems=[]), able, null=object())
+    assert found.causes == (LOAD,)
+    assert [WIND.effect in names for names in asked] == [True, False, False]
+
+
+def test_a_loads_own_coming_and_going_does_not_speak_against_it():
+    def left(acts):
+        return Remainder(UNKNOWN_ENOUGH + 1, acts, "time_s", [], shares=np.ones(1))
+
+    rivals = tuple(map(left, ("auxiliary_load", "power")))
+    own = replace(left("power"), rivals=rivals)
+    assert own.against("auxiliary_load", np.ones(1)) == 0.0
+    assert own.against("payload", np.ones(1)) > UNKNOWN_ENOUGH
