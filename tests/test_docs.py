@@ -20,7 +20,7 @@ SKIPPED = (
     "git ",
     "cd ",
     "#",
-    "rccsim demo",
+    "rccsim demo",  # it has a test of its own
 )
 
 

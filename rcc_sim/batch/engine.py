@@ -122,11 +122,11 @@ def _do(part: Any) -> Any:
 @contextlib.contextmanager
 def _unheard() -> Iterator[None]:
     """Let an interrupt wait: a process that starts meanwhile never hears of one."""
-    from multiprocessing import resource_tracker
-
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
+    from multiprocessing import resource_tracker
+
     resource_tracker.ensure_running()  # which would unblock what is blocked
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:

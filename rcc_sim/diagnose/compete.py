@@ -113,6 +113,7 @@ def compete(
     ranking: dict[str, float] = {}
     outdone: set[str] = set()
     current = null
+    asked: Fit | None = None
     close: list[Refined] = []
     late = read_late(engine, null, candidates)
     if late:
@@ -122,12 +123,14 @@ def compete(
             is_another(current) or outweighed(causes, remainder(engine, current))
         ):
             break
-        told(f"screening for cause {turn + 1}")
-        found = screened(engine, current, free_of(candidates, causes))
-        constant = {r.candidate.effect: r.gain for r, _ in reversed(found)}
-        ranking = ranking or dict(constant)
-        told(f"refining cause {turn + 1}")
-        refined = contenders(engine, current, found, ENOUGH)
+        if current is not asked:  # a profile that did not stand has changed nothing
+            asked = current
+            told(f"screening for cause {turn + 1}")
+            found = screened(engine, current, free_of(candidates, causes))
+            constant = {r.candidate.effect: r.gain for r, _ in reversed(found)}
+            ranking = ranking or dict(constant)
+            told(f"refining cause {turn + 1}")
+            refined = contenders(engine, current, found, ENOUGH)
         if not causes:
             ranking |= {r.screened.candidate.effect: r.gain for r in refined}
             close = [r for r in refined if r.gain > refined[0].gain - TIED]

@@ -6,6 +6,7 @@ so that it shows in power in proportion to speed) and that remembers the recent 
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import inf
@@ -14,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
+from rcc_sim.analyse.offsets import noise_of
 from rcc_sim.diagnose.noise_kernel import (
     FREEDOM,
     follow_drift,
@@ -51,9 +53,6 @@ LEVELS = (0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
 
 FORGOTTEN = 20.0
 """Nepers from which on nothing is left of a level."""
-
-MAD = 1.4826
-"""Standard deviation of a Gaussian, in times its median absolute deviation."""
 
 
 def local_range(x: Array, rows: int = 7) -> Array:
@@ -141,7 +140,7 @@ class Whitener:
     drift : tuple of ndarray or None
         Of each row that counts, the share of its innovation that a drift takes on and
         what is left of it at the next (``follow_drift``); None where nothing drifts.
-    rest : Rest
+    rest : Rest or None
         Rows at which the vehicle stands, of whose noise its motion has no part.
     """
 
@@ -307,25 +306,47 @@ def at_rest(
     stop = np.cumsum(np.diff(stands.astype(int), prepend=0) == 1)[rows]
     first = np.flatnonzero(np.diff(stop, prepend=0))
     steps = np.delete(np.diff(e[rows], prepend=0.0), first)
-    size = max(MAD * float(np.median(np.abs(steps))) / np.sqrt(2), LEAST * moving.sigma)
+    size = max(noise_of(steps), LEAST * moving.sigma)
     least = size * np.sqrt(min(alike * len(first) / len(rows), 1.0))
-    both = np.stack([np.nan_to_num(e), np.ones(len(e))])
+    levels = (least, *(size * x for x in LEVELS if size * x > least))
+    ways = [(time * alike, level**2) for time in STOPS for level in levels]
     each = np.full(len(e), size**2)
-    (sd, gain, fade), w = np.empty((3, len(rows))), np.empty((2, len(rows)))
-    best, found = -inf, (sd, gain, fade)
-    for time in STOPS:
-        for level in (least, *(size * x for x in LEVELS if size * x > least)):
-            compiled(follow_drift)(each, rows, time * alike, level**2, sd, gain, fade)
-            compiled(leave_drift)(both, rows, sd, gain, fade, w)
-            known = float(w[1] @ w[1])
-            left = w[0] - float(w[0] @ w[1]) / known * w[1]
-            value = float(log_density(left).sum() - np.log(sd).sum())
-            value -= 0.5 * float(np.log(known))
-            if value > best:
-                best, found = value, (sd.copy(), gain.copy(), fade.copy())
+    sd, gain, fade = likeliest_drift(e, rows, each, ways, shared=True)
     scale, of = moving.scale.copy(), np.zeros((2, len(e)))
-    scale[rows], of[:, rows] = found[0] / moving.sigma, found[1:]
+    scale[rows], of[:, rows] = sd / moving.sigma, (gain, fade)
     return replace(moving, scale=scale, valid=valid, rest=Rest(rest, *of))
+
+
+def likeliest_drift(
+    e: Array,
+    rows: NDArray[np.intp],
+    each: Array,
+    ways: Iterable[tuple[float, float]],
+    *,
+    shared: bool = False,
+) -> tuple[Array, Array, Array]:
+    """Return how the likeliest drift is followed: sd, gain and fade of the rows.
+
+    Of the ``ways``, times [rows] and variances, it is the likeliest for the residuals
+    e (n,), which have the variances ``each`` (n,) beside it. What all rows have in
+    common is no drift where that is ``shared``: the likelihood is then that of the
+    rest (REML).
+    """
+    wide = np.stack([e, np.ones(len(e))]) if shared else e[None]
+    (sd, gain, fade), w = np.empty((3, len(rows))), np.empty((len(wide), len(rows)))
+    best, found = -inf, (np.ones(len(rows)), *np.zeros((2, len(rows))))
+    for how in ways:
+        compiled(follow_drift)(each, rows, *how, sd, gain, fade)
+        compiled(leave_drift)(wide, rows, sd, gain, fade, w)
+        left, value = w[0], -float(np.log(sd).sum())
+        if shared:
+            known = float(w[1] @ w[1])
+            left = left - float(left @ w[1]) / known * w[1]
+            value -= 0.5 * float(np.log(known))
+        value += float(log_density(left).sum())
+        if value > best:
+            best, found = value, (sd.copy(), gain.copy(), fade.copy())
+    return found
 
 
 def drifting(e: Array, scale: Array, valid: Mask) -> Whitener:
@@ -336,15 +357,8 @@ def drifting(e: Array, scale: Array, valid: Mask) -> Whitener:
     """
     rows, each = np.flatnonzero(valid), scale**2
     usual = float(np.median(each[rows]))
-    sd, gain, fade = np.empty((3, len(rows)))
-    w, own, best = np.empty((1, len(rows))), np.ones(len(e)), -inf
-    drift = np.zeros(len(rows)), np.zeros(len(rows))
-    for time in DRIFTS:
-        for size in DRIFT_SIZES:
-            how = time, size**2 * usual
-            compiled(follow_drift)(each, rows, *how, sd, gain, fade)
-            compiled(leave_drift)(e[None], rows, sd, gain, fade, w)
-            value = float(log_density(w).sum()) - float(np.log(sd).sum())
-            if value > best:
-                best, drift, own[rows] = value, (gain.copy(), fade.copy()), sd
-    return Whitener(own, np.zeros(0), [0], 1.0, valid, drift)
+    ways = [(time, size**2 * usual) for time in DRIFTS for size in DRIFT_SIZES]
+    sd, gain, fade = likeliest_drift(e, rows, each, ways)
+    own = np.ones(len(e))
+    own[rows] = sd
+    return Whitener(own, np.zeros(0), [0], 1.0, valid, (gain, fade))

@@ -13,7 +13,7 @@ from rcc_sim.analyse.charge import Charge, battery_energy
 from rcc_sim.analyse.gap_regimes import HELD, Scale, moving_mean, rows_in, stands
 from rcc_sim.analyse.gap_stages import untorqued
 from rcc_sim.analyse.heading import TURN_RATE, turn_rate
-from rcc_sim.analyse.logcheck.rest import standing
+from rcc_sim.analyse.logcheck.rest import standing as surely_standing
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.lateness import lateness
 from rcc_sim.diagnose.shapes import LATERAL, TORQUE, Shape, shapes_of
@@ -271,7 +271,7 @@ class Problem:
     @cached_property
     def at_rest(self) -> NDArray[np.bool_]:
         """Rows at which the vehicle surely stands."""
-        return standing(self.log["time_s"], self.log.columns)
+        return surely_standing(self.log["time_s"], self.log.columns)
 
     def since(self, event: NDArray[np.bool_]) -> Array:
         """Logarithm of 1 and the seconds since some rows; long, before the first."""

@@ -65,7 +65,7 @@ largest of a cause that needs another vehicle."""
 SOFT = 4.0
 """Nats by which odds grow by e: model error blunts a likelihood by about so much."""
 
-ALIKE = 1.0
+EQUAL = 1.0
 """Nats within which two are equally likely."""
 
 ROW_SHARE = 0.2
@@ -243,7 +243,7 @@ def probability(
     one of them stands for what is not known.
     """
     margin = min(cause.gain - 0.5 * ENOUGH, cause.gain - cause.rival)
-    if abs(margin) < ALIKE:
+    if abs(margin) < EQUAL:
         margin = 0.0
     chance = 1 / (1 + exp(-min(margin, 200.0) / SOFT))
     if cause.profiles:  # something unknown of the same course is no likelier

@@ -35,7 +35,7 @@ def written(folder):
     (folder / "none.csv").write_text("no log\n")
 
 
-def started(command, output, jobs):
+def started(command, output, jobs, **options):
     """Start a batch in a process of its own."""
     return subprocess.Popen(
         [*COMMANDS[command], "--jobs", str(jobs), "-o", str(output)],
@@ -43,6 +43,7 @@ def started(command, output, jobs):
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
         text=True,
+        **options,
     )
 
 
@@ -133,15 +134,7 @@ def test_an_interrupt_as_processes_start_says_so_and_no_more(tmp_path):
     undisturbed.wait()
     start = time.monotonic() - begun
     for later in (0.3, 0.7, 1.1):
-        words = [*COMMANDS["sweep"], "--jobs", "2", "-o", "out"]
-        process = subprocess.Popen(
-            words,
-            cwd=tmp_path,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.PIPE,
-            text=True,
-            start_new_session=True,
-        )
+        process = started("sweep", tmp_path / "out", jobs=2, start_new_session=True)
         time.sleep(start + later)
         os.killpg(process.pid, signal.SIGINT)
         said = process.communicate(timeout=60)[1]
