@@ -308,18 +308,21 @@ def climbed(engine: Engine, now: Fit, knob: Knob, tried: Iterable[float] = ()) -
     slope leads, and one may be deeper than the next.
     """
     others = [k for k in now.knobs if k.key != knob.key]
+    row = engine.problems[0].row
+    known: dict[float, Fit | None] = {}
 
     def held(x: float) -> Fit | None:
         start = engine.attempt(now.values | {knob.key: x}, others, now.noise)
         return start and replace(improve(engine, start, rounds=2), knobs=now.knobs)
 
     def best_of(xs: Iterable[float], *fits: Fit) -> Fit:
-        near = [x for x in xs if x == knob.within(x)]
-        found = [*fits, *filter(None, engine.each(held, near))]
+        near = {round(x / row, 6): x for x in xs if x == knob.within(x)}
+        new = [place for place in near if place not in known]
+        known.update(zip(new, engine.each(lambda p: held(near[p]), new), strict=True))
+        found = [*fits, *filter(None, (known[place] for place in near))]
         return max(found, key=lambda f: f.score, default=now)
 
     best = best_of({now.values[knob.key], *tried})
-    row = engine.problems[0].row
     for way in (row, -row):
         before = None
         while best is not before:

@@ -23,6 +23,7 @@ from rcc_sim.diagnose.noise_kernel import (
     leave_drift,
     whiten,
 )
+from rcc_sim.diagnose.strips import Strips
 from rcc_sim.jit import compiled
 
 Array = NDArray[np.float64]
@@ -164,18 +165,18 @@ class Whitener:
             compiled(whiten)(wide, *known, *self._stops.rows, w)
         return w.T if e.ndim > 1 else w[0]
 
-    def through(self, e: Array, windows: csc_array) -> csc_array:
+    def through(self, e: Array, windows: csc_array) -> Strips:
         """Return a signal (n,) in each of some windows (n, k), whitened likewise.
 
         A window's rows and those that remember them are all that is worked out.
         """
         if self.drift is not None:
-            return csc_array(self(e[:, None] * windows.toarray()))
+            return Strips.of(self(e[:, None] * windows.toarray()))
         before = np.concatenate([[0], np.cumsum(self.valid)])
         reach = self.edges[-1] if len(self.memory) else 0
-        white, rows, ends = [np.empty(0)], [np.empty(0, dtype=np.intp)], [0]
-        starts = windows.indptr
-        for j in range(windows.shape[1]):
+        k = windows.shape[1]
+        first, runs, starts = np.zeros(k, dtype=np.intp), [], windows.indptr
+        for j in range(k):
             mine = slice(starts[j], starts[j + 1])
             at = windows.indices[mine]
             a, b = (at.min(), at.max() + 1) if len(at) else (0, 0)
@@ -185,11 +186,9 @@ class Whitener:
             w = np.empty((1, before[b] - before[a]))
             known = self._unit[a:b], self.valid[a:b], *self._ends
             compiled(whiten)(part, *known, *(x[a:b] for x in self._stops.rows), w)
-            white.append(w[0])
-            rows.append(np.arange(before[a], before[b]))
-            ends.append(ends[-1] + w.size)
-        found = np.concatenate(white), np.concatenate(rows), np.array(ends)
-        return csc_array(found, shape=(self._count, windows.shape[1]))
+            first[j] = before[a]
+            runs.append(w[0])
+        return Strips((self._count, k), np.arange(k), first, runs)
 
     def foresees(self, e: Array) -> float:
         """Return the share of a residual (n,) that its own past foresees.

@@ -15,7 +15,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csc_array, vstack
+from scipy.sparse import csc_array
 
 from rcc_sim.diagnose.cause import ENOUGH
 from rcc_sim.diagnose.engine import Engine
@@ -38,6 +38,7 @@ from rcc_sim.diagnose.strengths import (
     priors_of,
     windows,
 )
+from rcc_sim.diagnose.strips import Strips
 from rcc_sim.units import unit_of
 
 Array = NDArray[np.float64]
@@ -259,13 +260,12 @@ class Probe:
         """Strengths in some windows, by a noise and what is left to weigh rows by."""
         fit = self.fit
         pairs = list(zip(noise, tracks, strict=True))
-        A = csc_array(vstack([w.through(self.signal[i], H) for w, i in pairs]))
+        A = Strips.stacked([w.through(self.signal[i], H) for w, i in pairs])
         r = np.concatenate([w(fit.residuals[i]) for w, i in pairs])
         J = np.vstack([self._knobs(w, i) for w, i in pairs])
         rest = np.concatenate([w(e) for w, e in zip(noise, left, strict=True)])
         W = np.sqrt(weights(rest))
-        A.data *= W[A.indices]
-        r, J = W * r, W[:, None] * J
+        A, r, J = A.times(W), W * r, W[:, None] * J
         off = np.array([fit.values[k.key] - k.value for k in fit.knobs])
         M, b, back = freed(A, r, J, np.array([k.sd for k in fit.knobs]), off)
         evidence, value, sd, mean_sd = likeliest(M, b, prior, H.mean(axis=0))

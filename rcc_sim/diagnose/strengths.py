@@ -16,7 +16,9 @@ from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csc_array, issparse
+from scipy.sparse import csc_array
+
+from rcc_sim.diagnose.strips import Strips
 
 Array = NDArray[np.float64]
 Windows: TypeAlias = csc_array
@@ -95,7 +97,7 @@ def numbered(which: NDArray[np.intp]) -> Windows:
 
 
 def freed(
-    A: Array | Windows, r: Array, J: Array, sd: Array, off: Array
+    A: Strips, r: Array, J: Array, sd: Array, off: Array
 ) -> tuple[Array, Array, Callable[[Array], Array]]:
     """Normal equations of A a = -r once the knobs J, with priors sd, give way.
 
@@ -105,22 +107,21 @@ def freed(
     unit = np.where(np.isfinite(sd), sd, 1 / np.sqrt((J**2).sum(0) + 1e-300))
     J = J * unit
     prior = np.where(np.isfinite(sd), 1.0, 1e-9)
-    JA, drawn = (A.T @ J).T, np.where(np.isfinite(sd), off / unit, 0.0)
+    JA, drawn = A.onto(J).T, np.where(np.isfinite(sd), off / unit, 0.0)
     G = np.linalg.solve(
         J.T @ J + np.diag(prior), np.column_stack([JA, J.T @ r + drawn])
     )
-    product = A.T @ A
-    AA = product.toarray() if issparse(product) else product
+    AA = A.gram()
     M = AA - JA.T @ G[:, :-1]
     if np.trace(M) < ABSORBED * np.trace(AA):
-        rest = (A.toarray() if issparse(A) else A) - J @ G[:, :-1]
+        rest = A.toarray() - J @ G[:, :-1]
         M = rest.T @ rest + (G[:, :-1].T * prior) @ G[:, :-1]
 
     def back(a: Array) -> Array:
         moved: Array = -unit * (G @ np.append(a, 1.0))
         return moved
 
-    return 0.5 * (M + M.T), -(A.T @ r - JA.T @ G[:, -1]), back
+    return 0.5 * (M + M.T), -(A.onto(r) - JA.T @ G[:, -1]), back
 
 
 def smooth(k: int, roughness: float = ROUGHNESS) -> Array:

@@ -27,8 +27,12 @@ CHASSIS: Schema = floats(
     "m", "I_z", "l_F", "l_R", "l", "C_F", "C_R", "D_F", "D_R",
     "sigma", "n", "n_file", "J", "m_spin", "spin", "K_t", "tau_min", "i_max",
     "v_slip", "slips", "t_char", "force_share", "steer_share", "E_0", "E_rotor_0",
+    "booked",
 )  # fmt: skip
-"""Constants of a run, worked out once from the parameters by ``step.prepare``."""
+"""Constants of a run, worked out once from the parameters by ``step.prepare``.
+
+``booked`` is 0 where nobody asks for places and for the energy ledger.
+"""
 
 STATE: Schema = floats(
     "t", "v_x", "v_y", "r", "w", "x", "y", "psi", "s", "z", "a_x", "integral",

@@ -115,6 +115,7 @@ def run_replayed(
     if first != first:
         first = 0.0
     begin(p, c, s, max(first, 0.0), 0.0)
+    c.booked = 0.0
     look_up_inputs(p, s, u, time[0], 0, drive, road)
     write(c, s, u, E, flow, rows[0])
     tick = math.floor(time[0] / T + NEAR)

@@ -43,6 +43,7 @@ def begin(p, c, s, v_0, r_0):
     s.r = r_0
     c.E_0 = 0.5 * (c.m * v_0 * v_0 + c.I_z * r_0 * r_0)
     c.E_rotor_0 = 0.5 * c.J * c.n * c.n * v_0 * v_0
+    c.booked = 1.0
 
 
 @jit

@@ -167,21 +167,15 @@ def step(p, c, s, u, f, E, flow, dt):
         f.w = 0.5 * (s.w + f.w_1)
         count_slip(c, f, flow, v)
     a_mean = (v_1 - s.v_x) / dt
-    book_motion(c, u, f, E, dt)
+    if c.booked > 0.0:
+        book_motion(c, u, f, E, dt)
+        advance_place(s, f, dt)
     turning = (c.m / c.m_spin - 1.0) * s.v_y * f.r
     flow.a_x += (a_mean + turning + f.grade / c.m) * dt
     flow.a_y += (f.F_F * u.cos_delta + f.F_R) / c.m * dt
     s.a_x = a_mean
     s.v_x = v_1
     s.v_y = 2.0 * f.v_y - s.v_y
-    psi = s.psi + 0.5 * dt * f.r
-    if psi == 0.0 and f.v_y == 0.0:
-        s.x += f.v * f.moving
-    else:
-        cos = math.cos(psi)
-        sin = math.sin(psi)
-        s.x += f.v * cos * f.moving - f.v_y * sin * dt
-        s.y += f.v * sin * f.moving + f.v_y * cos * dt
     s.psi += dt * f.r
     s.r = 2.0 * f.r - s.r
     s.s += f.v * f.moving
@@ -192,6 +186,19 @@ def step(p, c, s, u, f, E, flow, dt):
     turn_velocity(c, s, 0.5 * dt)
     if c.slips == 0.0:
         s.w = s.v_x
+
+
+@jit
+def advance_place(s, f, dt):
+    """Move the place by the velocity at the middle of the step."""
+    psi = s.psi + 0.5 * dt * f.r
+    if psi == 0.0 and f.v_y == 0.0:
+        s.x += f.v * f.moving
+    else:
+        cos = math.cos(psi)
+        sin = math.sin(psi)
+        s.x += f.v * cos * f.moving - f.v_y * sin * dt
+        s.y += f.v * sin * f.moving + f.v_y * cos * dt
 
 
 @jit
@@ -223,16 +230,15 @@ def step_imposed(p, c, s, u, f, E, flow, v_1, r_1, dt):
         supply(p, c, s, u, f, flow, turning, v_1, dt)
     else:
         rest(u, f)
-    book_motion_imposed(c, u, f, E)
+    if c.booked > 0.0:
+        book_motion_imposed(c, u, f, E)
+        advance_place(s, f, dt)
     flow.a_x += (f.a + f.grade / c.m) * dt
     flow.a_y += f.v * f.r * dt
     s.v_x = v_1
     s.w = f.w_1
     s.s += f.v * dt
     s.z += f.v * dt * u.slope / math.sqrt(1.0 + u.slope * u.slope)
-    psi = s.psi + 0.5 * dt * f.r
-    s.x += f.v * math.cos(psi) * dt
-    s.y += f.v * math.sin(psi) * dt
     s.psi += f.r * dt
     s.r = r_1
 
@@ -258,7 +264,8 @@ def step_steered(p, c, s, u, f, E, flow, v_1, dt):
         supply(p, c, s, u, f, flow, turning + f.F_F * u.sin_delta, v_1, dt)
     else:
         rest(u, f)
-    book_motion(c, u, f, E, dt)
+    if c.booked > 0.0:
+        book_motion(c, u, f, E, dt)
     flow.a_x += (f.a + (turning + f.grade) / c.m) * dt
     flow.a_y += (f.F_F * u.cos_delta + f.F_R) / c.m * dt
     s.v_y = 2.0 * f.v_y - s.v_y
@@ -358,10 +365,11 @@ def electrify(p, c, u, f, E, flow, eff, dt):
     if R_i > 0.0:
         flow.P_over = max(flow.P_over, P * 4.0 * R_i / (p.battery.u_0 * p.battery.u_0))
     sag = R_i * i * i
-    E.copper_loss += P_copper * dt
-    E.motor_efficiency += P_lost * dt
-    E.auxiliary_load += P_aux * dt
-    E.battery_resistance += sag * dt
+    if c.booked > 0.0:
+        E.copper_loss += P_copper * dt
+        E.motor_efficiency += P_lost * dt
+        E.auxiliary_load += P_aux * dt
+        E.battery_resistance += sag * dt
     flow.dt += dt
     flow.i_q += i_q * dt
     flow.tau += u.tau * dt

@@ -16,6 +16,7 @@ from rcc_sim.diagnose.profile import Profile
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.diagnose.signatures import signatures
 from rcc_sim.diagnose.strengths import freed
+from rcc_sim.diagnose.strips import Strips
 from rcc_sim.diagnose.verdict import estimates
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import replay
@@ -128,7 +129,7 @@ def test_a_knob_that_was_pulled_away_gives_a_profile_its_part_back():
     taken = truth * rows / (rows + 1 / sd**2)
     r = np.full(rows, -(truth - taken))
     off = np.array([taken])
-    M, b, back = freed(A, r, J, np.array([sd]), off)
+    M, b, back = freed(Strips.of(A), r, J, np.array([sd]), off)
     value = np.linalg.solve(M, b)
     assert value == pytest.approx([truth])
     assert off + back(value) == pytest.approx([0.0], abs=1e-9)

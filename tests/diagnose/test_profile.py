@@ -16,6 +16,7 @@ from rcc_sim.diagnose.strengths import (
     smooth,
     windows,
 )
+from rcc_sim.diagnose.strips import Strips
 
 
 @given(knots=st.integers(2, 40), seed=st.integers(0, 99))
@@ -31,7 +32,7 @@ def linear_case(truth, noise, rng, rows=3000):
     A = windows(x, np.linspace(0, 1, len(truth)))
     r = -(A @ truth) + noise * rng.normal(size=rows)
     J = np.ones((rows, 1))
-    return freed(A, r, J, np.array([1e-6]), np.zeros(1))[:2]
+    return freed(Strips.of(A.toarray()), r, J, np.array([1e-6]), np.zeros(1))[:2]
 
 
 def test_a_profile_is_found_with_its_band_and_nothing_where_there_is_none():
@@ -94,7 +95,8 @@ def test_what_a_free_knob_can_do_is_no_profile():
     x = np.linspace(0, 1, 3000)
     A = windows(x, np.linspace(0, 1, 10))
     r = 3.0 + rng.normal(size=3000)
-    M, b, _ = freed(A, r, np.ones((3000, 1)), np.array([np.inf]), np.zeros(1))
+    free = np.array([np.inf])
+    M, b, _ = freed(Strips.of(A.toarray()), r, np.ones((3000, 1)), free, np.zeros(1))
     assert likeliest(M, b, Prior(smooth(10)))[0] < 5
 
 
@@ -104,10 +106,11 @@ def test_the_mean_of_a_profile_is_told_with_what_all_knots_have_in_common():
     x = np.linspace(0, 1, 2000)
     A = windows(x, np.linspace(0, 1, 12))
     J = 1.0 + 0.2 * rng.normal(size=(2000, 1))  # a knob that lifts all knots alike
+    strips = Strips.of(A.toarray())
     means = []
     for _ in range(300):
         r = -(A @ np.ones(12)) - J[:, 0] * 0.3 * rng.normal() + rng.normal(size=2000)
-        M, b, _ = freed(A, r, J, np.array([0.3]), np.zeros(1))
+        M, b, _ = freed(strips, r, J, np.array([0.3]), np.zeros(1))
         _, value, sd, mean_sd = likeliest(M, b, Prior(smooth(12)))
         means.append(value.mean())
     assert mean_sd == pytest.approx(np.std(means), rel=0.25)
@@ -146,7 +149,7 @@ def test_strengths_that_knobs_take_up_all_but_whole_are_still_weighed(left):
     rng = np.random.default_rng(0)
     J, sd = rng.standard_normal((400, 5)), np.full(5, 1e4)
     A = J @ rng.standard_normal((5, 20)) + left * rng.standard_normal((400, 20))
-    M, b, _ = freed(A, rng.standard_normal(400), J, sd, np.zeros(5))
+    M, b, _ = freed(Strips.of(A), rng.standard_normal(400), J, sd, np.zeros(5))
     stacked = np.vstack([J, np.diag(1 / sd)])
     Q = np.linalg.qr(stacked)[0]
     rest = np.vstack([A, np.zeros((5, 20))])
