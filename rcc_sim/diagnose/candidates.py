@@ -91,6 +91,8 @@ class Search:
         The likeliest one: of what runs over decades the middle of them, else ``most``.
     measured : bool
         Whether the strength of the grid is a delay that the log itself shows.
+    sd : float
+        Standard deviation that the file states of it, where it is the car's own.
     """
 
     key: str
@@ -106,6 +108,7 @@ class Search:
     most: float = inf
     likely: float = inf
     measured: bool = False
+    sd: float = inf
 
     @property
     def clocked(self) -> bool:
@@ -133,11 +136,12 @@ class Search:
         """Nats that a strength costs: nine of ten are no larger than is usual.
 
         Student's t on the distance from neutral, because what is usual is known
-        roughly; a limit, which has no such distance, is free.
+        roughly, and so is the sd of what the file states; a limit, which has no such
+        distance, is free.
         """
         if not isfinite(self.neutral):
             return 0.0
-        t = T_90 * (x - self.neutral) / self.most
+        t = (x - self.neutral) / min(self.most / T_90, self.sd)
         return 0.5 * (FREEDOM + 1) * log1p(t**2 / FREEDOM)
 
 
@@ -290,10 +294,11 @@ def search_of(problem: Problem, effect: Effect, param: Param) -> Search:
         grid = tuple(x for x in grid if x < high) or (high,)
     a, b = param.typical
     small = problem.small.get(unit_of(param.name))
-    least = 0.0
+    least, sd = 0.0, inf
     if stated and neutral and not grid and unit_of(param.name) in MEASURED:
         ends = sorted((neutral / WITHIN, neutral * WITHIN))
         low, high = max(low, ends[0]), min(high, ends[1])
+        sd = stated.sd or inf
     if param.neutral == inf:
         first = b
     elif a < 0:
@@ -315,7 +320,7 @@ def search_of(problem: Problem, effect: Effect, param: Param) -> Search:
     opposes = tuple(f"effects.{effect.id}.{name}" for name in param.sought.opposes)
     how = (param.acts, param.sought.same_as, opposes)
     return Search(
-        key, neutral, low, high, first, grid, *how, least, most, likely, measured
+        key, neutral, low, high, first, grid, *how, least, most, likely, measured, sd
     )
 
 

@@ -19,6 +19,9 @@ from rcc_sim.trace import Trace
 PULSE, ZONE, NOISE = 0.375, 0.12, 0.02
 DEAD_ZONE = "effects.throttle_dead_zone.threshold"
 GEARS = "effects.gear_loss.efficiency"
+DAMPING = "effects.drivetrain_damping.damping_nms_per_rad"
+EDDY = "effects.iron_loss.eddy_nms_per_rad"
+HYSTERESIS = "effects.iron_loss.hysteresis_torque_nm"
 
 
 def pulses(car):
@@ -102,3 +105,39 @@ def test_a_wind_is_no_stronger_for_a_faster_car():
         )
         winds.append(wind.most)
     assert winds == [5.0, 5.0]
+
+
+def test_a_stated_figure_is_seldom_farther_off_than_its_file_says():
+    one = Search(DAMPING, 2e-5, 0.0, 1e-4, 1e-6, most=4e-5, sd=1e-6)
+    assert one.price(2e-5) == 0.0
+    for sds in (1.0, 3.0, 15.0):
+        nats = student.logpdf(0, 4) - student.logpdf(sds, 4)
+        assert one.price(2e-5 - sds * 1e-6) == pytest.approx(nats, rel=1e-6)
+
+
+@pytest.mark.parametrize("stated", [True, False])
+def test_a_loss_that_no_file_states_goes_before_a_stated_one_that_is_far_off(stated):
+    """Iron's eddy loss and damping are one torque, k ω."""
+    key, eddy = DAMPING if stated else EDDY, 1e-5
+    car = load_vehicle("rcc").changed(without=("drivetrain_damping",))
+    if stated:
+        car = car.changed(settings={DAMPING: {"value": eddy, "sd": 0.05 * eddy}})
+    t = np.arange(0.0, 40.0, 0.05)
+    v = np.interp(t, [0, 2, 8, 10, 14, 16, 24, 30], [0, 3, 3, 5, 5, 2, 6, 0])
+    commands = {"time_s": t, "speed_ref_mps": v, "steer_cmd_rad": np.zeros(len(t))}
+    true = car.changed(settings={EDDY: eddy, HYSTERESIS: 0.0})
+    out = replay(true, drive_of(Trace(commands), car, 0.05))
+    rng = np.random.default_rng(5)
+    noise = {"speed_mps": 0.003, "motor_current_a": 0.2, "battery_current_a": 0.05}
+    seen = {c: out[c] + sd * rng.standard_normal(len(t)) for c, sd in noise.items()}
+    problem = problem_of(Trace(commands | seen, name="log"), car)
+    engine, able = Engine([problem]), candidates_for([problem])
+    value = 2 * eddy if stated else eddy
+    knobs = [k for k in nuisance_knobs([problem]) if k.key != key]
+    knobs.append(Knob(key, value, low=0.0, step=0.02 * eddy))
+    fit = descent.fit(engine, {key: value}, knobs)
+    found = settled(engine, fit, [Cause(key.split(".")[1], (key,), 200.0)], able)
+    (cause,) = found.causes
+    first, tied = ("iron_loss", "drivetrain_damping")[:: 1 if stated else -1]
+    assert cause.effect == first
+    assert tied in cause.tied
