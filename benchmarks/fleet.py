@@ -21,7 +21,7 @@ import numpy as np
 
 from benchmarks.sweep import cluster, small
 from rcc_sim.batch.batch import Progress, run_batch
-from rcc_sim.batch.engine import ONE_THREAD, Engine
+from rcc_sim.batch.engine import Engine
 from rcc_sim.batch.fleet import Fleet, RowOf
 from rcc_sim.batch.fleet_logs import Entry
 from rcc_sim.batch.fleet_rows import (
@@ -33,6 +33,7 @@ from rcc_sim.batch.fleet_rows import (
     gap_row,
 )
 from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.processes import ONE_THREAD
 from rcc_sim.simulate.run import LaneChanges, simulate
 from rcc_sim.trace import Trace, write_trace
 

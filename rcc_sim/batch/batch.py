@@ -9,8 +9,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
-from rcc_sim.batch.engine import Engine, Work
+from rcc_sim.batch.engine import Engine
 from rcc_sim.batch.store import Manifest, Store
+from rcc_sim.processes import Work
 
 if TYPE_CHECKING:
     import pyarrow

@@ -7,8 +7,6 @@ import io
 import shutil
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +18,7 @@ from rcc_sim.blind.case import make_case
 from rcc_sim.blind.seal import Seal, write_seal
 from rcc_sim.blind.strengths import draws
 from rcc_sim.errors import InputError
+from rcc_sim.processes import working
 
 KINDS = {"single": 0.5, "pair": 0.15, "null": 0.2, "unknown": 0.15}
 """Kinds of cases, and how often each is drawn."""
@@ -71,13 +70,12 @@ def make(
     out.parent.mkdir(parents=True, exist_ok=True)
     labels.parent.mkdir(parents=True, exist_ok=True)
     how = (seed, tuple(kinds), tuple(families), base, tuple(effects))
-    order = [(k, *how) for k in range(cases)]
     made_by = {"seed": seed, "kinds": list(kinds), "families": list(families)}
     made_by |= {"effects": list(effects)} if effects else {}
     part = Path(tempfile.mkdtemp(prefix=f".{out.name}.", dir=out.parent))
     try:  # the folder appears whole or not at all
         truth = {}
-        for name, vehicle, logs, label in _made(order, jobs):
+        for name, vehicle, logs, label in _made(cases, how, jobs):
             folder = part / name
             folder.mkdir()
             (folder / "vehicle.toml").write_text(vehicle, encoding="utf-8")
@@ -86,6 +84,7 @@ def make(
             truth[name] = label
             if done is not None:
                 done(len(truth))
+        truth = dict(sorted(truth.items()))
         seal = write_seal(part, labels, {"schema": SCHEMA, **made_by, "cases": truth})
         part.chmod(0o755)
         if out.exists():
@@ -139,18 +138,16 @@ def require_known(
 Made = tuple[str, str, dict[str, bytes], dict[str, Any]]
 
 
-def _made(order: list[tuple[Any, ...]], jobs: int) -> Iterator[Made]:
-    if jobs <= 1:
-        yield from map(_one, order)
-        return
-    _one(order[0])  # compiles once, before the others read the kernel's cache
-    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
-        yield from pool.map(_one, order, chunksize=1)
+def _made(cases: int, how: tuple[Any, ...], jobs: int) -> Iterator[Made]:
+    yield _one(how, 0)  # compiles once, before others read the kernel's cache
+    with working(_one, how, min(jobs, cases - 1)) as done:
+        for _, made in done((k, k) for k in range(1, cases)):
+            yield made
 
 
-def _one(order: tuple[Any, ...]) -> Made:
+def _one(how: tuple[Any, ...], k: int) -> Made:
     """Make one case; alone in its process, and from the seed and its number alone."""
-    k, seed, kinds, families, base, effects = order
+    seed, kinds, families, base, effects = how
     rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(k,)))
     shares = np.array([KINDS[kind] for kind in kinds])
     kind = str(rng.choice(list(kinds), p=shares / shares.sum()))

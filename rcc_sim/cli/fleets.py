@@ -153,7 +153,8 @@ def run_fleet(
         If there are no logs, no such model, column, effect, scheduler; or, once the
         rows are told, if not one of the logs could be used.
     """
-    from rcc_sim.batch.engine import ONE_THREAD, Engine
+    from rcc_sim.batch.engine import Engine
+    from rcc_sim.processes import ONE_THREAD
 
     os.environ |= ONE_THREAD  # before numpy comes: a log's bytes hang on it
     from rcc_sim.batch.batch import run_batch

@@ -10,8 +10,9 @@ import pytest
 
 from rcc_sim.batch import engine
 from rcc_sim.batch.batch import run_batch
-from rcc_sim.batch.engine import ONE_THREAD, Engine
+from rcc_sim.batch.engine import Engine
 from rcc_sim.errors import InputError, RccError
+from rcc_sim.processes import ONE_THREAD
 from tests.batch.test_store import Squares, contents
 
 
