@@ -1,4 +1,4 @@
-"""One case: a true vehicle, its nominal file, two drives, and the label."""
+"""One case: a true vehicle, its nominal file, two drives, and what is written."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from rcc_sim.blind import sensors
 from rcc_sim.blind.bases import BASES, TOLERANCES, WEIGHTS, Base, moved, stated, truth
 from rcc_sim.blind.drives import (
-    SLOPE_STEP,
     STYLES,
     TIMING,
     Road,
@@ -20,6 +19,7 @@ from rcc_sim.blind.drives import (
     hills,
     smooth,
 )
+from rcc_sim.blind.label import acting, by_chance, over_file, profiles
 from rcc_sim.blind.nominal import vehicle_text
 from rcc_sim.blind.plant import CLOCK, GRAVITY, Drive, Truth
 from rcc_sim.blind.strengths import HILLS_LENGTH, Scene, Withheld, draws
@@ -50,7 +50,6 @@ TRIES = 40  # draws of an effect before another car is drawn
 SURVEYED = 0.45  # 1; share of cases whose road was surveyed
 HILLY = 0.2  # 1; share of surveyed roads that are not level
 NO_SLIDE = 0.93  # 1; most lateral acceleration, of what the tyres can hold
-ACTING = 0.1  # 1; share of its greatest activity above which an unknown acts
 
 # which stated figure an effect hides, where the file would have it
 HIDES = {
@@ -62,12 +61,6 @@ HIDES = {
     "speed_dead_zone": "dead_zone",
     "regeneration_limit": "regen",
     "battery_resistance": "R_i",
-}
-SCALES = {
-    "wheel_radius": "r_w",
-    "front_cornering_stiffness": "C_F",
-    "rear_cornering_stiffness": "C_R",
-    "yaw_inertia": "I_z",
 }
 TOGETHER_NOT = (
     {"rolling_resistance", "drivetrain_friction", "road_grade"},
@@ -295,7 +288,7 @@ def _recorded(
         "kind": kind,
         "effects": [] if kind == "unknown" else [w.effect for w in effects],
         "magnitudes": {w.effect: w.magnitudes for w in effects},
-        "over_file": over_file(at, effects),
+        "over_file": over_file(at.car, at.file, effects),
         "nats_beyond_tolerances": {k: round(v, 1) for k, v in nats.items()},
         "energy_wh": energy["log"],
         "distance_m": distance["log"],
@@ -308,41 +301,10 @@ def _recorded(
         "surveyed": at.surveyed,
         "hilly": bool(np.any(at.road.slope)),
         "windows": windows,
-        "profiles": _profiles(effects, at.p, distance["log"]),
+        "profiles": profiles(effects, at.p, distance["log"]),
         "pulls_in_sds": {k: round(v, 2) for k, v in at.pulls.items()},
     }
     return Case(vehicle_text(name, at.file, hidden), logs, label)
-
-
-def by_chance(time: Array, level: Array, read: dict[str, Array]) -> float:
-    """Return the energy gap that the true car itself leaves, its road taken as smooth.
-
-    It is what a rough road and the sensors' offsets add, which no model foresees. [%]
-    """
-    names = "battery_voltage_v", "battery_current_a"
-    volts, amps = (level[:, sensors.SENSORS["rc"][c].place] for c in names)
-    true = np.trapezoid(volts * amps, time)
-    volts, amps = (read[c] for c in names)
-    measured = np.trapezoid(volts * amps, time)
-    return float(np.round(100 * (measured - true) / measured, 3))
-
-
-def over_file(at: Setting, effects: Sequence[Withheld]) -> dict[str, dict[str, float]]:
-    """Return magnitudes against the file's figure, for effects that change one.
-
-    ``magnitudes`` hold what was drawn, against the true figure; the file's is off by
-    its own error, which a log cannot tell from the effect's.
-    """
-    found = {}
-    for w in effects:
-        if w.effect == "payload":
-            more = at.car.m - at.file.m + w.magnitudes["mass_kg"]
-            found["payload"] = {"mass_kg": more}
-        elif w.effect in SCALES:
-            name = SCALES[w.effect]
-            share = getattr(at.car, name) / getattr(at.file, name)
-            found[w.effect] = {"scale": w.magnitudes["scale"] * share}
-    return found
 
 
 def logged_columns(
@@ -368,43 +330,3 @@ def logged_columns(
     if not surveyed:
         del columns["elevation_m"]
     return {k: np.round(v[keep], 6) for k, v in columns.items()}
-
-
-def acting(time: Array, activity: Array) -> list[list[float]]:
-    """Return the spans [s] in which something acted, joined across short gaps."""
-    most = activity.max(initial=0.0)
-    if most <= 0.0:
-        return []
-    on = activity > ACTING * most
-    step = float(np.median(np.diff(time)))
-    spans: list[list[float]] = []
-    for t in time[on]:
-        if spans and t - spans[-1][1] <= 5.0 * step + 1e-9:
-            spans[-1][1] = float(t)
-        else:
-            spans.append([float(t - step), float(t)])
-    return [[round(a, 4), round(b, 4)] for a, b in spans]
-
-
-def _profiles(
-    effects: Sequence[Withheld], p: Truth, distance: float
-) -> dict[str, dict[str, list[float]]]:
-    """Return what varied over the drive as it truly was."""
-    found: dict[str, dict[str, list[float]]] = {}
-    for w in effects:
-        if w.slope is not None:
-            n = int(distance / SLOPE_STEP) + 2
-            found["road_grade.slope"] = {
-                "distance_m": (np.arange(n) * SLOPE_STEP).tolist(),
-                "value": np.round(w.slope[:n], 7).tolist(),
-            }
-        for figure, by_second, constant in (
-            ("auxiliary_load.power_w", w.aux, p.P_aux),
-            ("headwind.speed_mps", w.wind, p.wind),
-        ):
-            if by_second is not None:
-                found[figure] = {
-                    "time_s": np.arange(len(by_second), dtype=float).tolist(),
-                    "value": np.round(by_second + constant, 4).tolist(),
-                }
-    return found

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from rcc_sim.blind import bases, drives, worth
-from rcc_sim.blind.case import acting, make_case
+from rcc_sim.blind.case import make_case
+from rcc_sim.blind.label import acting
 from rcc_sim.blind.make import make
 from rcc_sim.blind.own import base_of
 from rcc_sim.blind.seal import opened
