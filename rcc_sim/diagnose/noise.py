@@ -168,27 +168,35 @@ class Whitener:
     def through(self, e: Array, windows: csc_array) -> Strips:
         """Return a signal (n,) in each of some windows (n, k), whitened likewise.
 
-        A window's rows and those that remember them are all that is worked out.
+        A window's rows and those that remember them are all that is worked out: some
+        rows after it, and of all later stops what its own last left there.
         """
         if self.drift is not None:
             return Strips.of(self(e[:, None] * windows.toarray()))
         before = np.concatenate([[0], np.cumsum(self.valid)])
         reach = self.edges[-1] if len(self.memory) else 0
-        k = windows.shape[1]
-        first, runs, starts = np.zeros(k, dtype=np.intp), [], windows.indptr
+        stops = self._stops
+        rows = np.flatnonzero(stops.at[self.valid])
+        k, starts = windows.shape[1], windows.indptr
+        whole, first = np.zeros((len(rows), k)), np.zeros(k, dtype=np.intp)
+        runs = []
         for j in range(k):
             mine = slice(starts[j], starts[j + 1])
             at = windows.indices[mine]
             a, b = (at.min(), at.max() + 1) if len(at) else (0, 0)
-            b = max(min(b + reach, len(e)), self._stops.remembers(b))
-            part = np.zeros((1, b - a))
+            near = min(b + reach, len(e))
+            end = max(near, stops.remembers(b))
+            part = np.zeros((1, end - a))
             part[0, at - a] = e[at] * windows.data[mine]
-            w = np.empty((1, before[b] - before[a]))
-            known = self._unit[a:b], self.valid[a:b], *self._ends
-            compiled(whiten)(part, *known, *(x[a:b] for x in self._stops.rows), w)
+            w = np.empty((1, before[end] - before[a]))
+            known = self._unit[a:end], self.valid[a:end], *self._ends
+            compiled(whiten)(part, *known, *(x[a:end] for x in stops.rows), w)
+            stand = slice(*np.searchsorted(rows, [before[a], before[end]]))
+            standing = rows[stand] - before[a]
+            whole[stand, j], w[0, standing] = w[0, standing], 0.0
             first[j] = before[a]
-            runs.append(w[0])
-        return Strips((self._count, k), np.arange(k), first, runs)
+            runs.append(w[0, : before[near] - before[a]])
+        return Strips((self._count, k), rows, whole, np.arange(k), first, runs)
 
     def foresees(self, e: Array) -> float:
         """Return the share of a residual (n,) that its own past foresees.

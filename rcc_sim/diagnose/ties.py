@@ -188,15 +188,14 @@ def better(cause: Cause, rivals: Sequence[Rival]) -> Rival | None:
     """Return what is to be named in place of a cause, if anything.
 
     What does better by more than what two alike may differ; or what is plainer, where
-    the cause is one of two figures that do as others do, the logs cannot tell, and no
-    stated figure would have to be farther off than the plainer is likelier.
+    the cause is one of two figures that do as others do and the logs cannot tell: of
+    logs and prices together, less speaks against it than it is likelier.
     """
     if rivals and rivals[0].behind < -TIED:
         return rivals[0]
     likelier = LESS_LIKELY.get(cause.effect, 0.0)
     plain = (r for r in rivals if r.is_tied and r.effect not in LESS_LIKELY)
-    plain = (r for r in plain if r.behind < likelier)
-    return next(plain, None)
+    return next((r for r in plain if r.behind < likelier), None)
 
 
 def near(

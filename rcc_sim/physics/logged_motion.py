@@ -110,7 +110,7 @@ def run_with_logged_motion(
                 way = min((begun + (i + 1) * dt - time[before]) / span, 1.0)
                 v_1 = max(speed_between(speed, accel, before, way, span), 0.0)
                 if p.lanes.steer == LOGGED:
-                    step_steered(p, c, s, u, f, E, flow, v_1, dt)
+                    step_steered(p, c, s, u, f, flow, v_1, dt)
                 else:
                     r_1 = yaw_rate[before]
                     r_1 += way * (yaw_rate[k] - yaw_rate[before])

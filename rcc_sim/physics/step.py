@@ -244,8 +244,11 @@ def step_imposed(p, c, s, u, f, E, flow, v_1, r_1, dt):
 
 
 @jit
-def step_steered(p, c, s, u, f, E, flow, v_1, dt):
-    """Advance by dt [s] to a speed that was measured, the steering acting freely."""
+def step_steered(p, c, s, u, f, flow, v_1, dt):
+    """Advance by dt [s] to a speed that was measured, the steering acting freely.
+
+    Nothing is booked: no ledger is asked of a run along a log.
+    """
     v_0 = s.v_x
     turn_velocity(c, s, 0.5 * dt)
     f.v = 0.5 * (v_0 + v_1)
@@ -264,8 +267,6 @@ def step_steered(p, c, s, u, f, E, flow, v_1, dt):
         supply(p, c, s, u, f, flow, turning + f.F_F * u.sin_delta, v_1, dt)
     else:
         rest(u, f)
-    if c.booked > 0.0:
-        book_motion(c, u, f, E, dt)
     flow.a_x += (f.a + (turning + f.grade) / c.m) * dt
     flow.a_y += (f.F_F * u.cos_delta + f.F_R) / c.m * dt
     s.v_y = 2.0 * f.v_y - s.v_y

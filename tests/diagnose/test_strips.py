@@ -8,15 +8,19 @@ from rcc_sim.diagnose.strips import Strips
 K = 4
 
 
-def a_sheet(rng, rows):
-    """Columns with a run of rows each, some of none: as strips and as they are."""
-    first = rng.integers(0, rows, K)
-    length = [int(rng.integers(0, rows - a + 1)) for a in first]
-    runs = [rng.standard_normal(n) for n in length]
-    dense = np.zeros((rows, K))
-    for j, (a, run) in enumerate(zip(first, runs, strict=True)):
-        dense[a : a + len(run), j] = run
-    return Strips((rows, K), np.arange(K), first, runs), dense
+def a_sheet(rng, height):
+    """Columns with a run of rows each, some of none, and whole rows: and as it is."""
+    first = rng.integers(0, height, K)
+    length = [int(rng.integers(0, height - a + 1)) for a in first]
+    dense = np.zeros((height, K))
+    rows = np.flatnonzero(rng.random(height) < 0.3)
+    runs = []
+    for j, (a, n) in enumerate(zip(first, length, strict=True)):
+        dense[a : a + n, j] = rng.standard_normal(n)
+        dense[rows, j] = 0.0
+        runs.append(dense[a : a + n, j].copy())
+    dense[rows] = rng.standard_normal((len(rows), K))
+    return Strips((height, K), rows, dense[rows], np.arange(K), first, runs), dense
 
 
 @given(seed=st.integers(0, 999), sheets=st.integers(1, 3))
