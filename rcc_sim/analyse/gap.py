@@ -334,13 +334,14 @@ def _notes(
 def not_logged(log: Trace, energy: EnergyGap) -> list[str]:
     """Return what a person should know of what could not be compared."""
     notes = []
+    half = {"battery_current_a", "battery_voltage_v"} & set(log.columns)
+    lone = f"of the battery only {half.pop()} is of use" if len(half) == 1 else ""
     if energy.at == "shaft":
-        half = {"battery_current_a", "battery_voltage_v"} & set(log.columns)
-        lone = f"of the battery only {half.pop()} is of use" if len(half) == 1 else ""
         why = lone or "the battery was not logged"
         notes.append(f"{why}: the energy is that of the shaft")
     elif not energy.at:
-        notes.append("neither battery nor shaft was logged: there is no energy gap")
+        why = lone or "neither battery nor shaft was logged"
+        notes.append(f"{why}: there is no energy gap")
     if "speed_mps" not in log:
         notes.append("no speed_mps was logged: the model's own stands for it")
     return notes

@@ -83,7 +83,8 @@ def make(
         jobs=jobs,
         done=counter(cases),
     )
-    say(f"wrote {len(seal.cases)} cases to {out}, labels to {seal.labels}")
+    count = "1 case" if len(seal.cases) == 1 else f"{len(seal.cases)} cases"
+    say(f"wrote {count} to {out}, labels to {seal.labels}")
     row = {"cases": len(seal.cases), "labels": str(seal.labels), "sha256": seal.sha256}
     emit(row, [row], json=json, csv=csv)
 
@@ -122,6 +123,8 @@ def run(
     except KeyboardInterrupt:
         say("the same command goes on with the cases that have no result yet")
         raise
+    if not rows:
+        say("every case has its result; --again diagnoses them anew")
     emit(rows, rows, json=json, csv=csv)
 
 

@@ -278,6 +278,9 @@ def _write(
     if vehicle is not None:
         write_mended(found, vehicle)
         say(f"wrote {vehicle}")
+        for a in (a for a in found.asserted if a.cause.tied):
+            tied = ", ".join(a.cause.tied)
+            say(f"note: {vehicle} has {a.cause.effect}; it might as well be {tied}")
         if not found.asserted:
             told = f"{len(found.figures())} stated figures as these logs have them"
             say(f"note: no cause; {vehicle} holds {told}")
@@ -316,9 +319,10 @@ def _write(
             why = "; nothing is tied or wide"
         say(f"wrote {next_run}: {run.do}{why}")
         if run.is_both_ways:
+            often = f", {run.times} times" if run.times > 1 else ""
             say(
-                f"note: {next_run} is one way: drive it out and back, {run.times} "
-                "times, and name the logs of the way back with --back"
+                f"note: {next_run} is one way: drive it out and back{often}, and name "
+                "the logs of the way back with --back"
             )
 
 

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 from math import inf, log
 
-from rcc_sim.diagnose.bench import Bench, Nats
+from rcc_sim.diagnose.bench import SURE, Bench, Nats
+from rcc_sim.diagnose.cause import TIED
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.menu import Run
@@ -24,8 +26,8 @@ SHOWN, AT_ONCE = 3, 4
 ENOUGH = 1.0
 """Nats below which no second run is worth proposing."""
 
-NOTHING = 0.01
-"""Nats below which a run parts nothing."""
+NOTHING = TIED / 30
+"""Nats below which a run parts nothing, even driven thirty times."""
 
 WIDE = 0.15
 """Half-width of a 90 % interval, as a share of a cause's departure from what the file
@@ -104,7 +106,7 @@ def next_experiments(
             tied = [r for r in found[cause] if r.is_tied]
             fits = {cause: fit} | {r.effect: r.fit for r in tied[: MOST - 1]}
             parts.append(best_of(bench, fits, (cause, *(r.effect for r in tied))))
-        return [e for part in parts for e in part]
+        return [e for turn in zip_longest(*parts) for e in turn if e]
     return narrowing(bench, fit, wide[0])
 
 
@@ -127,7 +129,7 @@ def best_of(
     """Return the runs that tell most of a tie apart; the best even if it tells little.
 
     None where it tells nothing at all. Two that do the same in every run do not hide
-    what tells the others.
+    what tells the others, and what one run parts the next need not.
     """
     driven = [d for d in bench.engine.each(bench.drive(tied), bench.runs) if d]
     driven.sort(key=lambda d: -d.most)
@@ -148,9 +150,28 @@ def best_of(
         found.sort(key=lambda e: (-round(e.expected_nats.worth, 1), e.time_s))
     return [
         e
-        for k, e in enumerate(found[:SHOWN])
+        for k, e in enumerate(in_turn(found)[:SHOWN])
         if any(p.nats > (ENOUGH if k else NOTHING) for p in e.expected_nats.pairs)
     ]
+
+
+def in_turn(runs: Sequence[Experiment]) -> list[Experiment]:
+    """Return runs in the order in which each parts most of what is still tied."""
+    left, order = list(runs), []
+    parted: set[tuple[str, str]] = set()
+    while left:
+        more = [
+            sum(
+                min(p.nats, SURE)
+                for p in e.expected_nats.pairs
+                if (p.a, p.b) not in parted
+            )
+            for e in left
+        ]
+        most = max(range(len(left)), key=lambda i: round(more[i], 1))
+        order.append(left.pop(most))
+        parted |= {(p.a, p.b) for p in order[-1].expected_nats.pairs if p.nats > TIED}
+    return order
 
 
 def narrowing(bench: Bench, fit: Fit, wide: Asserted) -> list[Experiment]:

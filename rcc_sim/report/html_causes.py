@@ -15,6 +15,7 @@ from rcc_sim.report.html_parts import (
     section,
     table,
 )
+from rcc_sim.report.promise import promise
 from rcc_sim.report.text import (
     Markup,
     figures,
@@ -236,9 +237,7 @@ def next_experiment(report: Report) -> Markup:
     steps = report.diagnosis.get("next_experiment") or []
     items = []
     for step in steps:
-        apart = [effect_title(str(s)) for s in step.get("separates") or []]
-        verb = "tells apart" if len(apart) > 1 else "narrows the interval of"
-        told = f" It {verb}: {', '.join(apart)}." if apart else ""
+        told = f" It {promise(step, effect_title)}." if "expected_nats" in step else ""
         todo = str(step.get("do", "")).strip().rstrip(".")
         items.append(tag("li", tag("strong", todo[:1].upper() + todo[1:] + "."), told))
     if items:

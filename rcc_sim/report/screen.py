@@ -5,15 +5,12 @@ from __future__ import annotations
 import re
 import textwrap
 from collections.abc import Iterator, Mapping
-from math import exp
 
 import numpy as np
 
 from rcc_sim.analyse.gap_energy import COVERAGE, EnergyGap, logged_power
 from rcc_sim.analyse.gap_regimes import moving_mean
-from rcc_sim.diagnose.cause import TIED
 from rcc_sim.diagnose.diagnosis import Diagnosis
-from rcc_sim.diagnose.experiment import Experiment
 from rcc_sim.diagnose.menu import STAND
 from rcc_sim.diagnose.verdict import (
     EVEN,
@@ -24,6 +21,7 @@ from rcc_sim.diagnose.verdict import (
 from rcc_sim.report.channels import way_of
 from rcc_sim.report.doubts import SURE, doubts
 from rcc_sim.report.html_parts import OTHERS
+from rcc_sim.report.promise import promise
 from rcc_sim.report.text import (
     figures,
     listed,
@@ -34,7 +32,7 @@ from rcc_sim.report.text import (
     short,
     sparkline,
 )
-from rcc_sim.report.verdict import judged
+from rcc_sim.report.verdict import judged, these
 
 WORDS = {
     "no_gap": "no gap beyond what tolerances and noise explain",
@@ -45,10 +43,6 @@ WORDS = {
 
 RARE = "19 of 20 sound drives are less far off in energy: one more drive would tell"
 """What an energy gap beyond its expanded uncertainty is where no cause stands."""
-
-CERTAIN = 1000.0
-"""Nats beyond which it is the model's error that decides, and no number more is said.
-"""
 
 UNIT = re.compile(r"(?<=\d) (?=(?:%|Wh|W|s|nats)\b|%)")
 """The blank before a unit, at which no line is broken."""
@@ -68,11 +62,11 @@ UNSEEN = 6
 GIVEN = {STAND: "its log as --on-stand"}
 """How the log of a run is given that was not driven on the road."""
 
-LEAST = 0.05
-"""Nats below which two causes do not part at all."""
-
 NOTHING = 1.9
 """Width of an interval of what is gone, from -1 to 1 at most, that tells nothing."""
+
+RUNS = 3
+"""Runs to drive next that are told."""
 
 RIVALS = 3
 """Rivals that are told at most."""
@@ -112,7 +106,7 @@ def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
         yield "WHERE", of_one + ", ".join(told)
     yield "VERDICT", _verdict(found)
     for a in found.asserted:
-        yield "CAUSE", _cause(a)
+        yield "CAUSE", _cause(a, len(found.gaps))
         yield from (("", text) for text in _each(found, a))
     if found.withdrawn:
         yield (
@@ -143,9 +137,9 @@ def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
         least = found.found.least_seen
         weak = ", ".join(n + _from(least.get(n, {})) for n in unseen[:UNSEEN])
         yield "UNSEEN", f"would not show at a likely size: {weak}{more}"
-    for one in found.experiments[:2]:
+    for one in found.experiments[:RUNS]:
         how = f" ({GIVEN[one.run.where]})" if one.run.where in GIVEN else ""
-        yield "NEXT", f"{one.do}{how}, {one.time_s:.0f} s: {_promise(one)}"
+        yield "NEXT", f"{one.do}{how}, {one.time_s:.0f} s: {promise(one.document())}"
     if found.is_tied and not found.experiments:
         yield "NEXT", "no run of the menu would part what is tied"
 
@@ -158,30 +152,6 @@ def _from(least: Mapping[str, float | None]) -> str:
         if x is not None
     ]
     return told[0] if told else ""
-
-
-def _expected(nats: float) -> str:
-    """Return nats by which two causes would part: by noise alone, so not beyond all."""
-    if nats < LEAST:
-        return "0"
-    if nats < 1:
-        return figures(nats, 1)
-    return f"{nats:.0f}" if nats < CERTAIN else f"over {CERTAIN:.0f}"
-
-
-def _promise(run: Experiment) -> str:
-    each = [p.nats for p in run.expected_nats.pairs]
-    if not each:
-        left = percent(exp(-run.expected_nats.least))
-        return (
-            f"narrows the interval of {', '.join(run.separates)} to {left} of its width"
-        )
-    nats = f"{_expected(max(each))} nats"
-    if len(each) > 1:
-        nats = f"{_expected(min(each))} to {_expected(max(each))} nats a pair"
-    alike = [f"{p.a} and {p.b}" for p in run.expected_nats.pairs if p.nats < TIED]
-    but = f", but not {'; '.join(alike)}" if 0 < len(alike) < len(each) else ""
-    return f"parts {', '.join(run.separates)}{but}, {nats}"
 
 
 def _no_gap(found: Diagnosis) -> str:
@@ -248,7 +218,7 @@ def _bars(found: Diagnosis, room: int) -> tuple[str, str] | None:
     )
 
 
-def _cause(a: Asserted) -> str:
+def _cause(a: Asserted, logs: int) -> str:
     sure, first = probable(a.probability), a.cause.effect
     if not a.cause.tied:
         return f"{first}, probability {sure}: {_figures(a.figures)}"
@@ -256,8 +226,8 @@ def _cause(a: Asserted) -> str:
     each = [(first, a.figures), *a.instead.items()]
     told = [f"if {effect}: {_figures(own)}" for effect, own in each]
     return (
-        f"{any_of}: this log cannot tell them apart, probability {sure} that one of "
-        f"them acts; {'; '.join(told)}"
+        f"{any_of}: {these(logs)} cannot tell them apart, probability {sure} that one "
+        f"of them acts; {'; '.join(told)}"
     )
 
 

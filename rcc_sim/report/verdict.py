@@ -196,7 +196,8 @@ def _place(where: Mapping[str, Any]) -> str:
 def _because(diagnosis: Mapping[str, Any]) -> str:
     causes = diagnosis.get("causes") or []
     shrink = diagnosis.get("shrink") or {}
-    names = [_cause(cause) for cause in causes]
+    logs = len(diagnosis.get("logs") or [])
+    names = [_cause(cause, logs) for cause in causes]
     text = f"{listed(names)} {'explain' if len(names) > 1 else 'explains'} "
     explained = shrink.get("explained")
     if explained is None:
@@ -231,7 +232,12 @@ def _missed(gap: float, digits: int) -> str:
     return f"{what} {figures(abs(gap), digits)} %"
 
 
-def _cause(cause: Mapping[str, Any]) -> str:
+def these(logs: int) -> str:
+    """Return what a diagnosis calls the logs that it was made from."""
+    return "these logs" if logs > 1 else "this log"
+
+
+def _cause(cause: Mapping[str, Any], logs: int) -> str:
     text = str(cause.get("effect", "?")).replace("_", " ")
     others = cause.get("indistinguishable_from") or []
     if others:
@@ -243,7 +249,7 @@ def _cause(cause: Mapping[str, Any]) -> str:
     if cause.get("probability") is not None:
         told.append(f"probability {probable(cause['probability'])}")
     if others:
-        told.append("this log cannot tell them apart")
+        told.append(f"{these(logs)} cannot tell them apart")
     return f"{text} ({'; '.join(told)})" if told else text
 
 

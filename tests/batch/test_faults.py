@@ -138,6 +138,6 @@ def test_an_interrupt_as_processes_start_says_so_and_no_more(tmp_path):
         time.sleep(start + later)
         os.killpg(process.pid, signal.SIGINT)
         said = process.communicate(timeout=60)[1]
-        assert process.returncode == 130
+        assert process.returncode == 130, said
         assert said.splitlines()[-1] == "interrupted"
         assert "Traceback" not in said and "leaked" not in said

@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 
 from rcc_sim.diagnose import descent
-from rcc_sim.diagnose.bench import Bench
+from rcc_sim.diagnose.bench import Bench, Nats, Pair
 from rcc_sim.diagnose.engine import Engine
-from rcc_sim.diagnose.experiment import best_of
+from rcc_sim.diagnose.experiment import Experiment, best_of, in_turn
 from rcc_sim.diagnose.knobs import Knob, nuisance_knobs
 from rcc_sim.diagnose.limits import limits_of
 from rcc_sim.diagnose.menu import menu
+from rcc_sim.report.promise import promise
 from tests.diagnose.test_ties import logged
 
 ROW = 0.02
@@ -127,3 +128,30 @@ def test_no_run_is_proposed_for_what_none_would_part(heavy):
     bench, tied = heavy
     same = {"a": tied["payload"], "b": tied["payload"]}
     assert best_of(bench, same, tuple(same)) == []
+
+
+def proposed(do, time_s, **nats):
+    """A run and what it would tell of each pair of effects, a_b=nats."""
+    pairs = tuple(Pair(*pair.split("_"), x) for pair, x in nats.items())
+    told = Nats(min(nats.values()), pairs)
+    return Experiment(do, ("a", "b", "c"), told, time_s, None)
+
+
+def test_what_one_run_parts_the_next_need_not():
+    stand = proposed("stand", 20.0, a_b=0.0, a_c=90.0, b_c=90.0)
+    load = proposed("load", 30.0, a_b=0.0, a_c=50.0, b_c=50.0)
+    back = proposed("back", 40.0, a_b=9.0, a_c=0.1, b_c=0.1)
+    assert [e.do for e in in_turn([stand, load, back])] == ["stand", "back", "load"]
+    assert in_turn([load, back])[0] is load
+
+
+def test_a_run_is_told_with_what_it_does_not_part():
+    one = proposed("stand", 20.0, a_b=0.02, a_c=90.0, b_c=2000.0).expected_nats
+    document = {
+        "separates": ["a", "b", "c"],
+        "expected_nats": {"least": one.least, "pairs": [vars(p) for p in one.pairs]},
+    }
+    told = promise(document, str.upper)
+    assert told == "parts A, B, C, but not A and B, 0 to over 1000 nats a pair"
+    narrows = {"separates": ["a"], "expected_nats": {"least": np.log(2), "pairs": []}}
+    assert promise(narrows) == "narrows the interval of a to 50 % of its width"

@@ -145,6 +145,12 @@ def diagnosis_report(duration: float = 72.0, name: str = "drive.csv") -> Report:
                 {
                     "do": "coast down from 5 m/s in both directions",
                     "separates": ["rolling_resistance", "road_grade"],
+                    "expected_nats": {
+                        "least": 25.0,
+                        "pairs": [
+                            {"a": "rolling_resistance", "b": "road_grade", "nats": 25.0}
+                        ],
+                    },
                 }
             ],
         },

@@ -142,7 +142,7 @@ def by_map(factor: float, of: str = "") -> str:
     entry = f"factor = {factor:.6g}{of}"
     if not of:
         entry = "sign = -1" if factor == -1 else f"its unit, or {entry}"
-    return f"to mend it, convert with --map and {entry} (--suggest-map drafts a map)"
+    return f"to mend it, convert with --map; write {entry} in what --suggest-map drafts"
 
 
 def _factor(relation: Relation) -> str:

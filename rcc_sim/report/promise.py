@@ -1,0 +1,52 @@
+"""What a run to drive next is expected to tell, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from math import exp
+from typing import Any
+
+from rcc_sim.diagnose.cause import TIED
+from rcc_sim.report.text import figures, percent
+
+CERTAIN = 1000.0
+"""Nats beyond which it is the model's error that decides, and no number more is said.
+"""
+
+LEAST = 0.05
+"""Nats below which two causes do not part at all."""
+
+
+def promise(run: Mapping[str, Any], name: Callable[[str], str] = str) -> str:
+    """Return what a run parts, and what not, or how far it narrows an interval.
+
+    Parameters
+    ----------
+    run : mapping
+        One of ``next_experiment`` of a diagnosis' JSON.
+    name : callable
+        What to call an effect of some id.
+    """
+    told = run["expected_nats"]
+    about = ", ".join(map(name, run["separates"]))
+    each = [p["nats"] for p in told["pairs"]]
+    if not each:
+        left = percent(exp(-told["least"]))
+        return f"narrows the interval of {about} to {left} of its width"
+    nats = f"{_expected(max(each))} nats"
+    if len(each) > 1:
+        nats = f"{_expected(min(each))} to {_expected(max(each))} nats a pair"
+    alike = [
+        f"{name(p['a'])} and {name(p['b'])}" for p in told["pairs"] if p["nats"] < TIED
+    ]
+    but = f", but not {'; '.join(alike)}" if 0 < len(alike) < len(each) else ""
+    return f"parts {about}{but}, {nats}"
+
+
+def _expected(nats: float) -> str:
+    """Return nats by which two causes would part: by noise alone, so not beyond all."""
+    if nats < LEAST:
+        return "0"
+    if nats < 1:
+        return figures(nats, 1)
+    return f"{nats:.0f}" if nats < CERTAIN else f"over {CERTAIN:.0f}"
