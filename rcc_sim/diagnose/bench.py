@@ -18,7 +18,7 @@ References
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import permutations
 from math import inf
@@ -78,7 +78,11 @@ class Nats:
     @property
     def worth(self) -> float:
         """Nats of all pairs; those of one count no further than it is settled by."""
-        return sum(min(p.nats, SURE) for p in self.pairs)
+        return self.beside(())
+
+    def beside(self, parted: Collection[tuple[str, str]]) -> float:
+        """The same of the pairs that are not parted yet."""
+        return sum(min(p.nats, SURE) for p in self.pairs if (p.a, p.b) not in parted)
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import zip_longest
 from math import inf, log
 
-from rcc_sim.diagnose.bench import SURE, Bench, Nats
+from rcc_sim.diagnose.bench import Bench, Nats
 from rcc_sim.diagnose.cause import TIED
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
@@ -160,15 +160,8 @@ def in_turn(runs: Sequence[Experiment]) -> list[Experiment]:
     left, order = list(runs), []
     parted: set[tuple[str, str]] = set()
     while left:
-        more = [
-            sum(
-                min(p.nats, SURE)
-                for p in e.expected_nats.pairs
-                if (p.a, p.b) not in parted
-            )
-            for e in left
-        ]
-        most = max(range(len(left)), key=lambda i: round(more[i], 1))
+        more = [round(e.expected_nats.beside(parted), 1) for e in left]
+        most = more.index(max(more))
         order.append(left.pop(most))
         parted |= {(p.a, p.b) for p in order[-1].expected_nats.pairs if p.nats > TIED}
     return order

@@ -193,9 +193,10 @@ def better(cause: Cause, rivals: Sequence[Rival]) -> Rival | None:
     """
     if rivals and rivals[0].behind < -TIED:
         return rivals[0]
-    likelier = LESS_LIKELY.get(cause.effect, 0.0)
+    if cause.effect not in LESS_LIKELY:
+        return None
     plain = (r for r in rivals if r.is_tied and r.effect not in LESS_LIKELY)
-    return next((r for r in plain if r.behind < likelier), None)
+    return next((r for r in plain if r.behind < LESS_LIKELY[cause.effect]), None)
 
 
 def near(

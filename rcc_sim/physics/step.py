@@ -360,7 +360,6 @@ def electrify(p, c, u, f, E, flow, eff, dt):
     P = P_shaft + P_copper + P_lost + P_aux
     if EXTRA:
         P += f.draw
-        book_draw(f, E, dt)
     R_i = p.battery_resistance.resistance_ohm
     i = terminal_current(P, p.battery.u_0, R_i)
     if R_i > 0.0:
@@ -371,6 +370,8 @@ def electrify(p, c, u, f, E, flow, eff, dt):
         E.motor_efficiency += P_lost * dt
         E.auxiliary_load += P_aux * dt
         E.battery_resistance += sag * dt
+        if EXTRA:
+            book_draw(f, E, dt)
     flow.dt += dt
     flow.i_q += i_q * dt
     flow.tau += u.tau * dt

@@ -237,7 +237,7 @@ def next_experiment(report: Report) -> Markup:
     steps = report.diagnosis.get("next_experiment") or []
     items = []
     for step in steps:
-        told = f" It {promise(step, effect_title)}." if "expected_nats" in step else ""
+        told = f" It {promise(step, effect_title)}."
         todo = str(step.get("do", "")).strip().rstrip(".")
         items.append(tag("li", tag("strong", todo[:1].upper() + todo[1:] + "."), told))
     if items:

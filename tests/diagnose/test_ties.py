@@ -7,15 +7,17 @@ import pytest
 
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose import descent
-from rcc_sim.diagnose.candidates import candidates_for
+from rcc_sim.diagnose.candidates import Candidate, candidates_for
 from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.knobs import Knob, nuisance_knobs
 from rcc_sim.diagnose.noise import CURVATURE
 from rcc_sim.diagnose.posed import problem_of
+from rcc_sim.diagnose.screen import Screened
 from rcc_sim.diagnose.ties import (
     Rival,
     apart,
+    better,
     least_squares,
     rivals_of,
     settled,
@@ -151,3 +153,17 @@ def test_what_is_farther_from_a_cause_than_nothing_is_does_not_tie(apart, tied):
 def test_a_cause_that_varies_keeps_what_it_was_said_to_be():
     cause = Cause("road_grade", ("effects.road_grade.slope",), 90.0, 3.0, ("headwind",))
     assert with_ties([cause], {}) == [cause]
+
+
+@pytest.mark.parametrize(("effect", "behind", "named"), [
+    ("rolling_resistance", -1.0, False), ("rolling_resistance", -4.0, True),
+    ("iron_loss", -1.0, True), ("iron_loss", 3.0, True), ("iron_loss", 6.0, False),
+])  # fmt: skip
+def test_a_tied_rival_takes_the_place_of_what_is_less_likely_alone(
+    effect, behind, named
+):
+    """Within the nats by which two alike may differ, the first that was found stays."""
+    other = Screened(Candidate("drivetrain_friction", ()), 0.0)
+    rival = Rival(other, None, behind, 9.0, 1.0)  # type: ignore[arg-type]
+    assert rival.is_tied
+    assert (better(Cause(effect, ("x",), 90.0), [rival]) is rival) is named
