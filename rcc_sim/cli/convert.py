@@ -46,7 +46,8 @@ def convert(
     vehicle: Annotated[
         str | None,
         typer.Option(
-            help="Add speeds that follow from ERPM by its wheel, gear and poles.",
+            help="Add speeds that follow from ERPM by its wheel, gear and poles; with "
+            "--suggest-map, judge units and signs by this vehicle too.",
             autocompletion=vehicle_names,
         ),
     ] = None,
@@ -62,7 +63,9 @@ def convert(
     suggest_map: Annotated[
         bool,
         typer.Option(
-            "--suggest-map", help="Print a draft of a column map for a CSV file."
+            "--suggest-map",
+            help="Print a draft of a column map for a CSV file: by its header, with "
+            "the units and signs that its rows give away.",
         ),
     ] = False,
     output: Output = None,
@@ -80,7 +83,7 @@ def convert(
         return
     keep([log], {"--output": output})
     if suggest_map:
-        _suggest(log, output)
+        _suggest(log, vehicle, output)
         return
     found = _read(log, reader, map_, vehicle, rows_of)
     rows = _rows(found)
@@ -99,16 +102,20 @@ def convert(
     _tell(found)
 
 
-def _suggest(log: str, output: Path | None) -> None:
-    from rcc_sim.readers.suggest import suggest
+def _suggest(log: str, vehicle: str | None, output: Path | None) -> None:
+    from rcc_sim.analyse.logcheck.draft import checked_draft
+    from rcc_sim.definitions.vehicle import load_vehicle
     from rcc_sim.source import open_source
 
-    draft = suggest(open_source(log))
+    car = None if vehicle is None else load_vehicle(vehicle)
+    draft, unread = checked_draft(open_source(log), car)
+    if unread:
+        say(f"note: by the header alone, for the rows are not read yet: {unread}")
     if output is None:
-        sys.stdout.write(draft)
+        sys.stdout.write(draft.toml())
         return
     with atomic(output) as file:
-        file.write(draft)
+        file.write(draft.toml())
     say(f"wrote {output}: a draft; look through it before it is used")
 
 

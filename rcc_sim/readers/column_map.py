@@ -204,10 +204,25 @@ def matching(maps: Sequence[ColumnMap], names: Sequence[str]) -> ColumnMap | Non
 
 def _load(path: Path, *, shipped: bool) -> ColumnMap:
     try:
-        raw = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: should be a TOML file: {error}") from None
+    return map_of(text, path, shipped=shipped)
+
+
+def map_of(text: str, path: Path, *, shipped: bool = False) -> ColumnMap:
+    """Return the column map that a TOML text holds; ``path`` is for errors and name.
+
+    Raises
+    ------
+    InputError
+        Naming file, key and what is wrong with it.
+    """
     where = str(path)
+    try:
+        raw = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{where}: should be a TOML file: {error}") from None
     _known(raw, {"map", "columns"}, where)
     head, columns = _table(raw, "map", where), _table(raw, "columns", where)
     _known(head, MAP_KEYS, f"{where}: map")

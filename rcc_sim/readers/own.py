@@ -76,7 +76,7 @@ def read(source: Source, columns: ColumnMap | None = None) -> Log:
         ours, factor = converted(name)
         if ours in table.names or ours in found:
             ours, factor = name, 1.0
-        if not _is_named_so(ours):
+        if not is_named_so(ours):
             report.flaws.append(Flaw("unknown", name, NO_UNIT, MAPPED))
         report.mapped.append(Mapped(ours, name, factor))
         found[ours] = factor * np.asarray(read[name], dtype=float)
@@ -99,11 +99,11 @@ def converted(name: str) -> tuple[str, float]:
 
 def _is_ours(table: TextTable, name: str, place: int) -> bool:
     """Whether a column should be numbers: by its unit, its name or its first row."""
-    if _is_named_so(converted(name)[0]):
+    if is_named_so(converted(name)[0]):
         return True
     return place >= len(table.first) or is_number(table.first[place], table.decimal)
 
 
-def _is_named_so(name: str) -> bool:
+def is_named_so(name: str) -> bool:
     """Whether a name is that of one of our columns: by its unit, or without one."""
     return unit_of(name) != "1" or name in UNITLESS

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import dataclass
+from math import isclose
 from typing import NamedTuple
 
 from rcc_sim.errors import InputError
 from rcc_sim.readers.column_map import CLOCK, DATE, UNITS
 from rcc_sim.readers.csv_table import text_table
-from rcc_sim.readers.own import WRITTEN
+from rcc_sim.readers.own import WRITTEN, is_named_so
 from rcc_sim.source import Source
 from rcc_sim.units import unit_of
 
@@ -88,8 +90,68 @@ SPELT = WRITTEN | {
 UNIT = re.compile(r"[\[(]\s*([^\])]+?)\s*[\])]\s*$")
 
 
-def suggest(source: Source) -> str:
-    """Return a column map as TOML, with what was not understood as a comment.
+class Entry(NamedTuple):
+    """One line of a draft: a column of ours, and what it is made of."""
+
+    column: str
+    name: str
+    unit: str = ""
+    factor: float = 1.0
+    because: str = ""
+
+    def toml(self) -> str:
+        """Return the line as TOML, with why it is not by its name alone."""
+        parts = [f"from = {json.dumps(self.name, ensure_ascii=False)}"]
+        size = abs(self.factor)
+        parts += [f'unit = "{self.unit}"'] if self.unit else []
+        parts += [f"factor = {size:.6g}"] if size != 1.0 else []
+        parts += ["sign = -1"] if self.factor < 0 else []
+        why = f"  # {self.because}" if self.because else ""
+        return f"{self.column} = {{ {', '.join(parts)} }}{why}"
+
+    def times(self, factor: float, because: str) -> Entry:
+        """Return the entry with another factor, told as a unit where one has it."""
+        size = abs(factor)
+        ours = unit_of(self.column)
+        fit = (
+            u
+            for u, (f, to) in UNITS.items()
+            if to == ours and isclose(f, size, rel_tol=1e-4)
+        )
+        unit = next(fit, "") if not self.unit and size != 1.0 else ""
+        if unit:
+            return self._replace(unit=unit, factor=factor / size, because=because)
+        return self._replace(factor=self.factor * factor, because=because)
+
+
+@dataclass(frozen=True)
+class Draft:
+    """A column map to look through: what was understood of a header, and what not."""
+
+    separator: str
+    entries: tuple[Entry, ...]
+    left: tuple[str, ...]
+
+    def toml(self) -> str:
+        """Return it as a column map, what was not understood as a comment."""
+        lines = [
+            "# a draft by names, units and what the channels say of each other: check",
+            "# it; a current or power that is positive when charging takes sign = -1",
+            "[map]",
+            f"separator = {json.dumps(self.separator)}",
+            "",
+            "[columns]",
+            *(entry.toml() for entry in self.entries),
+            *(["", "# not understood:"] if self.left else []),
+            *(f"#   {name}" for name in self.left),
+        ]
+        return "\n".join(lines) + "\n"
+
+
+def drafted(source: Source) -> Draft:
+    """Return a column map by the names and units of a header.
+
+    In a file of our own (it has ``time_s``) a name that is ours means what it says.
 
     Raises
     ------
@@ -99,33 +161,24 @@ def suggest(source: Source) -> str:
     table = text_table(source)
     if table is None:
         raise InputError(f"{source.name}: not a CSV table")
-    names = [name for name in table.names if name]
     first = dict(zip(table.names, table.first, strict=False))
-    found: dict[str, str] = {}
+    names = [name for name in table.names if name]
+    ours = [n for n in names if is_named_so(n)] if "time_s" in names else []
+    found = {name: Entry(name, name) for name in ours}
     left = []
     for name in names:
+        if name in found:
+            continue
         meaning = meaning_of(name)
         if meaning is None or meaning.column in found:
             left.append(name)
             continue
-        entry = [f"from = {json.dumps(name, ensure_ascii=False)}"]
         written = time_unit(first.get(name, "")) if meaning.column == "time_s" else ""
         unit = written or unit_in(name)
-        if unit and meaning.unit != "%" and (written or UNITS[unit][0] != 1.0):
-            entry.append(f'unit = "{unit}"')
-        found[meaning.column] = f"{meaning.column} = {{ {', '.join(entry)} }}"
-    lines = [
-        "# a draft by names and units alone: check it; a current or power that is",
-        "# positive when charging takes sign = -1",
-        "[map]",
-        f"separator = {json.dumps(table.separator)}",
-        "",
-        "[columns]",
-        *found.values(),
-        *(["", "# not understood:"] if left else []),
-        *(f"#   {name}" for name in left),
-    ]
-    return "\n".join(lines) + "\n"
+        if meaning.unit == "%" or (unit and not written and UNITS[unit][0] == 1.0):
+            unit = ""
+        found[meaning.column] = Entry(meaning.column, name, unit)
+    return Draft(table.separator, tuple(found.values()), tuple(left))
 
 
 def meaning_of(name: str) -> Meaning | None:

@@ -8,7 +8,7 @@ from drives import CAR, ROVER, SEDAN, SOUND, TRUCK, driven, logged, with_fault
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rcc_sim.analyse.logcheck import check_log, check_reading
+from rcc_sim.analyse.logcheck import Checked, check_log, check_reading
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.verdict import battery_of_another
 from rcc_sim.errors import InputError
@@ -315,6 +315,26 @@ def test_power_and_mass_tell_a_speed_that_is_in_another_unit(factor, unit):
     assert unit in finding.what
     assert finding.factor == pytest.approx(1 / factor, rel=1e-6)
     assert not grave(check_log(slow, load_vehicle("bmw_i3")))
+
+
+@pytest.mark.parametrize("factor", [3.6, 2.2369])
+def test_a_speed_is_told_whose_reference_is_in_the_same_other_unit(factor):
+    """The two agree; only what the mass takes tells. km/h and mph are near."""
+    log = driven("bmw_i3", "udds", None, None, True)
+    kept = ("time_s", "battery_voltage_v", "battery_current_a")
+    town = {name: log[name][:400] for name in kept}
+    speeds = ("speed_mps", "speed_ref_mps")
+    car = load_vehicle("bmw_i3")
+
+    def told(by: float) -> Checked:
+        speed = by * log["speed_mps"][:400]
+        return check_log(Trace(town | dict.fromkeys(speeds, speed)), car)
+
+    for channel in speeds:
+        (finding,) = found(told(factor), "unit", channel)
+        assert finding.factor == pytest.approx(1 / factor, rel=1e-6)
+        assert "km/h" in finding.what and "mph" in finding.what
+    assert not grave(told(1.0))
 
 
 def test_a_speed_eight_per_cent_off_the_motors_is_told():

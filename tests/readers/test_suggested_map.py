@@ -9,7 +9,7 @@ import pytest
 from rcc_sim.errors import InputError
 from rcc_sim.readers import read_log
 from rcc_sim.readers.column_map import shipped_maps
-from rcc_sim.readers.suggest import meaning_of, suggest, unit_in
+from rcc_sim.readers.suggest import drafted, meaning_of, unit_in
 from rcc_sim.source import open_source
 
 
@@ -86,7 +86,7 @@ def test_the_shipped_map_of_a_real_logger_is_drafted_from_its_header(tmp_path):
     (i3,) = [m for m in shipped_maps() if m.name == "bmw_i3_tum"]
     log = tmp_path / "trip.csv"
     log.write_text(";".join(i3.header) + "\n" + ";".join("1" for _ in i3.header))
-    draft = suggest(open_source(log))
+    draft = drafted(open_source(log)).toml()
     for column in ("time_s", "speed_mps", "motor_torque_nm", "battery_current_a"):
         (term,) = i3.columns[column]
         assert f'{column} = {{ from = "{term.sources[0]}"' in draft

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import combinations
 from math import degrees, pi
 from typing import NamedTuple
 
@@ -20,6 +22,12 @@ class Mistake(NamedTuple):
     factor: float
     words: str
     prior: float  # the smaller, the less usual
+    also: tuple[str, ...] = ()  # channels that are wrong by it with this one
+
+    @property
+    def factors(self) -> dict[str, float]:
+        """Factor by each channel that is wrong."""
+        return dict.fromkeys((self.channel, *self.also), self.factor)
 
 
 DEG = degrees(1.0)
@@ -60,6 +68,14 @@ SIGNED = (
 )
 """What may have the other sign, the likelier first."""
 
+TOGETHER = {
+    ("speed_mps", "speed_ref_mps"): -0.1,
+    ("yaw_rate_radps", "steer_cmd_rad", "yaw_rad"): -0.1,
+    ("accel_x_mps2", "accel_y_mps2"): 0.1,
+}
+"""Channels that one display, one habit or one chip gives in the same wrong unit, and
+how much more usual that is than the first of them alone."""
+
 LARGE = {"battery_voltage_v": 1500.0, "battery_current_a": 1500.0}
 """What a channel must reach before thousandths of its unit are believed. [V], [A]"""
 
@@ -96,7 +112,30 @@ def mistakes(columns: Columns, vehicle: Vehicle | None) -> list[Mistake]:
         if m.channel != "speed_mps" or mean < 0:
             words = f"{m.words} and the other sign"
             out.append(Mistake(m.channel, "unit", -m.factor, words, 0.3))
+    return out + _together(out)
+
+
+def _together(known: Sequence[Mistake]) -> list[Mistake]:
+    """Return the units that several channels are in at once."""
+    out = []
+    for group, prior in TOGETHER.items():
+        there = [c for c in group if any(m.channel == c for m in known)]
+        for n in range(2, len(there) + 1):
+            for first, *rest in combinations(there, n):
+                units = set(dict(UNITS[first])).intersection(
+                    *(dict(UNITS[channel]) for channel in rest)
+                )
+                out += [
+                    m._replace(prior=m.prior + prior, also=tuple(rest))
+                    for m in known
+                    if m.channel == first and m.kind == "unit" and m.factor in units
+                ]
     return out
+
+
+def words_of(channel: str, factor: float) -> str:
+    """Return what people call a unit of a channel."""
+    return dict(UNITS[channel])[factor]
 
 
 def _electrical(poles: int | None) -> list[Mistake]:

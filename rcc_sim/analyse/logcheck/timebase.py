@@ -210,8 +210,8 @@ def _unit(step: float) -> list[Finding]:
             f"steps of {step:.4g} are not seconds; {unit} would be "
             f"{1 / (step * factor):.4g} rows a second",
             sure=0.7 if step < 9 else 0.95,
-            action=f"not mended; draft a map (rccsim convert LOG --suggest-map), add "
-            f'unit = "{unit.replace("µ", "u")}" to its time_s and read by --map',
+            action="not mended; give a --map; rccsim convert LOG --suggest-map drafts "
+            f'one with unit = "{unit.replace("µ", "u")}"',
             severity="error",
             factor=factor,
         )

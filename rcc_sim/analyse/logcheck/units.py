@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from math import inf
 
 import numpy as np
@@ -15,6 +16,7 @@ from rcc_sim.analyse.logcheck.mistakes import (
     Mistake,
     mistakes,
     size_of,
+    words_of,
 )
 from rcc_sim.analyse.logcheck.relation import Means, Relation, slope
 from rcc_sim.definitions.vehicle import Vehicle
@@ -53,10 +55,19 @@ def blame(
         if best is None or mended <= 0:
             return findings + [_odd(r) for r in broken[:3]]
         ties = [m for score, _, m in ranked if mended - score < 0.1 and m.prior > 0.3]
-        rivals = [m for m in ties if m.channel != best.channel]
-        findings.append(_finding(best, found, factors, rivals, mended))
-        factors[best.channel] = best.factor
-        known = [m for m in known if m.channel != best.channel]
+        rivals = [m for m in ties if m.channel not in best.factors]
+        units = {
+            m.words for m in ties if m.channel == best.channel and m.kind == "unit"
+        }
+        or_in = "".join(f", or in {unit}" for unit in sorted(units - {best.words}))
+        first = _finding(best, best.words + or_in, found, factors, rivals)
+        findings.append(first)
+        for channel in best.also:
+            words = words_of(channel, best.factor) + or_in
+            what = f"is in {words}, as {best.channel} is"
+            findings.append(replace(first, channel=channel, what=what))
+        factors |= best.factors
+        known = [m for m in known if best.factors.keys().isdisjoint(m.factors)]
 
 
 def _expected(relation: Relation, factors: dict[str, float]) -> float:
@@ -74,7 +85,7 @@ def _mended(
     factors: dict[str, float],
 ) -> float:
     """Return how many broken relations a mistake mends; 0 if it breaks one."""
-    trial = factors | {mistake.channel: mistake.factor}
+    trial = factors | mistake.factors
     mended = sum(r.allows(_expected(r, trial)) for r in broken)
     spoilt = sum(
         not r.allows(_expected(r, trial)) and r.allows(_expected(r, factors))
@@ -83,7 +94,7 @@ def _mended(
     tight = sum(
         max(0.0, 1 - abs(np.log(abs(r.middle / _expected(r, trial)))) / 0.3)
         for r in broken
-        if r.loose < inf and mistake.channel in r.powers
+        if r.loose < inf and not mistake.factors.keys().isdisjoint(r.powers)
     )
     if not mended:
         return 0.0
@@ -96,21 +107,21 @@ def _mended(
 
 def _finding(
     mistake: Mistake,
+    words: str,
     found: Sequence[Relation],
     factors: dict[str, float],
     rivals: Sequence[Mistake],
-    mended: float,
 ) -> Finding:
-    trial = factors | {mistake.channel: mistake.factor}
+    trial = factors | mistake.factors
     witness = [
         r
         for r in found
-        if mistake.channel in r.powers
+        if not mistake.factors.keys().isdisjoint(r.powers)
         and r.allows(_expected(r, trial))
         and not r.allows(_expected(r, factors))
     ]
     verb = {"sign": "has", "unit": "is in"}.get(mistake.kind, "is")
-    what = f"{verb} {mistake.words}"
+    what = f"{verb} {words}"
     seen = "; ".join(f"{r.what}: {_factor(r)}" for r in witness[:2])
     what += f" ({seen})"
     if rivals:
@@ -139,10 +150,12 @@ def by_map(factor: float, of: str = "") -> str:
 
     ``of`` names another channel, by whose factor it is mended.
     """
-    entry = f"factor = {factor:.6g}{of}"
-    if not of:
-        entry = "sign = -1" if factor == -1 else f"its unit, or {entry}"
-    return f"to mend it, convert with --map; write {entry} in what --suggest-map drafts"
+    draft = "rccsim convert LOG --suggest-map"
+    if of:
+        entry = f"factor = {factor:.6g}{of}"
+        return f"to mend it, give a --map; write {entry} in what {draft} drafts"
+    entry = "sign = -1" if factor == -1 else f"its unit (a factor of {factor:.6g})"
+    return f"to mend it, give a --map; {draft} --vehicle CAR drafts one with {entry}"
 
 
 def _factor(relation: Relation) -> str:
