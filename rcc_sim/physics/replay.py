@@ -61,29 +61,43 @@ def look_up_inputs(p, s, u, t, rows_at, drive, road):
 
 
 @jit
-def recall(p, c, s, u, row, w, v, i_q, share_v, share_i):
+def freedom(p, c, u, row):
+    """Return how free the speed loop is to hold the speed: 1, or 0 at a limit."""
+    omega_ref = u.v_ref * c.n_file
+    if omega_ref == 0.0:
+        return 0.0
+    if commands_nothing(omega_ref, p.speed_dead_zone.threshold_radps):
+        return 0.0
+    low = max(-c.i_max, c.tau_min / c.K_t)
+    high = min(c.i_max, p.current_limit.max_current_a)
+    near = (1.0 - FREE) * (high - low)
+    if near <= 0.0:
+        return 0.0
+    return min(max(min(row.i_q - low, high - row.i_q) / near, 0.0), 1.0)
+
+
+@jit
+def recall(p, c, s, u, row, w, v, i_q, span, recall_v, recall_i):
     """Draw speed, and the loop's integral, towards what was measured at a row.
 
     v [m/s], beside the model's w when it was so, and i_q [A] are NaN where they were
     not measured. The integral is drawn only while the loop is free, that is at none of
-    its limits.
+    its limits. Where it is not, the speed is drawn as hard as the loop would hold it
+    besides, at 1/T + K_p K_t n²/m: a rough road then moves it as far.
     """
+    free, rate = 0.0, 1.0 / recall_v
+    if p.control.mode == SPEED:
+        free = freedom(p, c, u, row)
+        stiff = p.control.K_p * c.K_t * c.n * c.n_file / (c.m + c.J * c.n * c.n)
+        if rate > 0.0:
+            rate += (1.0 - free) * stiff
     if v == v:
-        s.v_x = max(s.v_x + share_v * (v - w), 0.0)
-        s.w = max(s.w + share_v * (v - w), 0.0)
-    if p.control.mode != SPEED or i_q != i_q:
-        return
-    omega_ref = u.v_ref * c.n_file
-    if omega_ref == 0.0:
-        return
-    if commands_nothing(omega_ref, p.speed_dead_zone.threshold_radps):
-        return
-    low = max(-c.i_max, c.tau_min / c.K_t)
-    high = min(c.i_max, p.current_limit.max_current_a)
-    near = (1.0 - FREE) * (high - low)
-    if near > 0.0:
-        free = min(row.i_q - low, high - row.i_q) / near
-        s.integral += share_i * min(max(free, 0.0), 1.0) * (i_q - row.i_q)
+        share = 1.0 - math.exp(-span * rate)
+        s.v_x = max(s.v_x + share * (v - w), 0.0)
+        s.w = max(s.w + share * (v - w), 0.0)
+    if free > 0.0 and i_q == i_q:
+        share = 1.0 - math.exp(-span / recall_i)
+        s.integral += share * free * (i_q - row.i_q)
 
 
 @jit
@@ -173,7 +187,5 @@ def run_replayed(
         back = min(ago[k] / span, 1.0)
         recall(
             p, c, s, u, rows[k], rows[k].w + back * (w_was - rows[k].w),
-            speed[k], current[k],
-            1.0 - math.exp(-span / recall_v),
-            1.0 - math.exp(-span / recall_i),
+            speed[k], current[k], span, recall_v, recall_i,
         )  # fmt: skip

@@ -1,0 +1,64 @@
+"""A model drawn to its log as hard in a coast as its loop would hold it in a drive."""
+
+import numpy as np
+import pytest
+
+from rcc_sim.definitions.cycle import Cycle
+from rcc_sim.diagnose.posed import problem_of
+from rcc_sim.diagnose.problem import RECALLS
+from rcc_sim.simulate.run import simulate
+from rcc_sim.trace import Trace
+from rcc_sim.units import G
+from tests.cars import car
+
+LOSSES = {
+    "drivetrain_damping": {"damping_nms_per_rad": 1.2e-5},
+    "rotor_inertia": {"inertia_kgm2": 2.2e-6},
+    "regeneration_limit": {"max_current_a": 0.0},
+}
+SEEN = ("time_s", "speed_ref_mps", "speed_mps", "motor_current_a", "battery_current_a")
+
+
+def left_by(cycle, slope):
+    """Speed that a log on such a road has beside the model on a level one. [m/s]"""
+    vehicle = car(LOSSES)
+    run = simulate(vehicle, cycle, slope=slope, output_rate=100.0).trace
+    log = Trace({n: run[n] for n in SEEN}, name="log")
+    predicted = problem_of(log, vehicle).driven({}, RECALLS)
+    return run, vehicle, run["speed_mps"] - predicted["speed_mps"]
+
+
+def test_a_force_in_a_coast_moves_it_by_what_loop_and_recall_leave():
+    """v = F / (M / T + K_p K_t n²), M being the mass with what turns."""
+    cycle = Cycle("coast", np.array([0, 2, 4, 7, 8.0]), np.array([0, 5, 5, 0.6, 0.6]))
+    rise = 0.01
+    run, vehicle, left = left_by(cycle, ([0.0, 1.0], [rise, rise]))
+    t = run["time_s"]
+    coasts = (t > 5.5) & (t < 6.5)
+    assert not run["motor_current_a"][coasts].any() and run["speed_mps"][coasts].all()
+    n = vehicle.drivetrain.gear_ratio.value / vehicle.tyres.radius_m.value
+    K_t = 1.5 * vehicle.motor.poles / 2 * vehicle.motor.flux_linkage_wb.value
+    K_p = vehicle.controller.proportional_gain_as_per_rad.value
+    m = vehicle.body.mass_kg.value
+    M = m + LOSSES["rotor_inertia"]["inertia_kgm2"] * n**2
+    c = LOSSES["drivetrain_damping"]["damping_nms_per_rad"] * n**2
+    due = -m * G * rise / (M / RECALLS[0] + K_p * K_t * n**2 + c)
+    np.testing.assert_allclose(left[coasts], due, rtol=0.08)  # 100 rows a second
+
+
+def test_a_rough_road_moves_it_as_far_in_a_coast_as_in_a_drive():
+    corners = np.arange(0, 121, 6.0)
+    cycle = Cycle("saw", corners, np.where(np.arange(len(corners)) % 2, 5.0, 0.5))
+    rng = np.random.default_rng(3)
+    at = np.arange(0, 400, 0.1)
+    fade = np.exp(-0.1 / 2.0)
+    slope = np.zeros(len(at))
+    for k in range(1, len(at)):
+        slope[k] = fade * slope[k - 1] + 0.005 * np.sqrt(1 - fade**2) * rng.normal()
+    run, _, left = left_by(cycle, (at, slope))
+    moves = run["speed_mps"] > 1.0
+    coasts = moves & (run["motor_current_a"] == 0)
+    drives = moves & (run["motor_current_a"] > 0)
+    assert min(coasts.sum(), drives.sum()) > 2000
+    share = float(np.std(left[coasts]) / np.std(left[drives]))
+    assert share == pytest.approx(1.0, abs=0.3)
