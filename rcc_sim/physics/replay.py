@@ -27,6 +27,8 @@ from rcc_sim.physics.tables import between, command_at, seek
 
 FREE = 0.98  # 1; share of the currents between the limits in which the loop is free
 
+ROWS = 4.0  # 1; rows that a speed takes at least to come to what was measured
+
 NEAR = 1e-3  # 1; share of a tick by which a row's time may fall short of it
 
 
@@ -83,14 +85,15 @@ def recall(p, c, s, u, row, w, v, i_q, span, recall_v, recall_i):
     v [m/s], beside the model's w when it was so, and i_q [A] are NaN where they were
     not measured. The integral is drawn only while the loop is free, that is at none of
     its limits. Where it is not, the speed is drawn as hard as the loop would hold it
-    besides, at 1/T + K_p K_t n²/m: a rough road then moves it as far.
+    besides, at 1/T + K_p K_t n²/m: a rough road then moves it as far. That is not within
+    a few ``ROWS``, where it would follow their noise.
     """
     free, rate = 0.0, 1.0 / recall_v
     if p.control.mode == SPEED:
         free = freedom(p, c, u, row)
         stiff = p.control.K_p * c.K_t * c.n * c.n_file / (c.m + c.J * c.n * c.n)
         if rate > 0.0:
-            rate += (1.0 - free) * stiff
+            rate = max(rate, min(rate + (1.0 - free) * stiff, 1.0 / (ROWS * span)))
     if v == v:
         share = 1.0 - math.exp(-span * rate)
         s.v_x = max(s.v_x + share * (v - w), 0.0)
