@@ -85,8 +85,8 @@ def recall(p, c, s, u, row, w, v, i_q, span, recall_v, recall_i):
     v [m/s], beside the model's w when it was so, and i_q [A] are NaN where they were
     not measured. The integral is drawn only while the loop is free, that is at none of
     its limits. Where it is not, the speed is drawn as hard as the loop would hold it
-    besides, at 1/T + K_p K_t n²/m: a rough road then moves it as far. That is not within
-    a few ``ROWS``, where it would follow their noise.
+    besides, at 1/T + K_p K_t n²/m: a rough road then moves it as far. That is not
+    within a few ``ROWS``, where it would follow their noise.
     """
     free, rate = 0.0, 1.0 / recall_v
     if p.control.mode == SPEED:
