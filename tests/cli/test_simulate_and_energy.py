@@ -227,6 +227,17 @@ def test_a_trace_that_is_none_is_an_error_that_says_why(text, words):
     failed(rccsim("energy", "-", stdin=text), *words)
 
 
+def test_a_run_that_could_not_be_written_or_would_overwrite_is_not_begun(tmp_path):
+    steps = tmp_path / "steps.csv"
+    steps.write_text("time_s,steer_cmd_rad\n0,0\n100,0\n")
+    drive = ("simulate", "rcc", "--cycle", "udds*40")
+    nowhere = str(tmp_path / "nowhere" / "t.csv")
+    failed(rccsim(*drive, "-o", nowhere), "--output", "no folder")
+    log = str(steps)
+    failed(rccsim(*drive, "--steer-log", log, "-o", log), "--output", "lost")
+    assert steps.read_text().startswith("time_s,steer_cmd_rad")
+
+
 def test_a_ledger_that_lost_a_column_fails_the_check(cycle):
     rows = rccsim("simulate", "rcc", "--cycle", cycle).stdout.splitlines()
     gone = rows[0].split(",").index("energy_drivetrain_damping_j")
