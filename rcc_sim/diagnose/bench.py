@@ -105,10 +105,11 @@ class Seen:
 
     def white(self, tracks: Sequence[Array]) -> Array:
         """Return changes of the channels in units of the noise."""
+        told = self.problem.beside(tracks)
         return np.concatenate(
             [
                 w(np.where(ok, np.nan_to_num(x), 0.0))
-                for w, ok, x in zip(self.noise, self.counted, tracks, strict=True)
+                for w, ok, x in zip(self.noise, self.counted, told, strict=True)
             ]
         )
 

@@ -26,6 +26,7 @@ from rcc_sim.diagnose.noise import (
     log_likelihood,
 )
 from rcc_sim.diagnose.problem import MIN_ROWS, Problem
+from rcc_sim.diagnose.shapes import added_by
 from rcc_sim.errors import InputError
 from rcc_sim.jit import threads
 from rcc_sim.simulate.roughness import is_rough
@@ -76,6 +77,7 @@ class Engine:
         self.tracks = [(i, c) for i, p in enumerate(problems) for c in p.channels]
         self.valid, self.grows_with, self.edges, self.least = [], [], [], []
         self.stands: list[Mask | None] = []
+        self.added: dict[str, dict[int, Array | float]] = {}
         for p in problems:
             t = p.log["time_s"]
             for c, ok in zip(p.channels, p.judged, strict=True):
@@ -112,13 +114,12 @@ class Engine:
 
     def offset(self, key: str) -> dict[int, Array | float]:
         """What size 1 adds to each track: an offset, or a shape of its own."""
-        name = key.removeprefix(BIAS)
-        log, _, what = name.partition(".")
-        mine = [(k, c) for k, (i, c) in enumerate(self.tracks) if i == int(log)]
-        shape = self.problems[int(log)].shapes.get(what)
-        if shape is not None:
-            return {k: x for (k, _), x in zip(mine, shape.tracks, strict=True)}
-        return {k: 1.0 for k, c in mine if c == what}
+        if key not in self.added:
+            log, _, what = key.removeprefix(BIAS).partition(".")
+            mine = [k for k, (i, _) in enumerate(self.tracks) if i == int(log)]
+            found = added_by(self.problems[int(log)], what)
+            self.added[key] = {mine[k]: x for k, x in found.items()}
+        return self.added[key]
 
     def learn_noise(self, residuals: list[Array]) -> list[Whitener]:
         """Noise model of each track, from what a fit leaves."""

@@ -12,10 +12,10 @@ from rcc_sim.diagnose.cause import TIED
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.menu import Run
-from rcc_sim.diagnose.problem import neutral_of
 from rcc_sim.diagnose.ties import Rival
 from rcc_sim.diagnose.verdict import Asserted
 from rcc_sim.errors import InputError
+from rcc_sim.physics.effects import neutral_of
 
 MOST = 4
 """Hypotheses of a tie that are told apart: the likeliest."""

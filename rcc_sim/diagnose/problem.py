@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import inf, isfinite
+from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,7 @@ from rcc_sim.analyse.gap_stages import untorqued
 from rcc_sim.analyse.heading import TURN_RATE, turn_rate
 from rcc_sim.analyse.logcheck.rest import standing as surely_standing
 from rcc_sim.definitions.vehicle import Vehicle
+from rcc_sim.diagnose.beside_motor import beside_motor
 from rcc_sim.diagnose.lateness import lateness
 from rcc_sim.diagnose.shapes import LATERAL, TORQUE, Shape, shapes_of
 from rcc_sim.diagnose.terminals import (
@@ -25,7 +27,7 @@ from rcc_sim.diagnose.terminals import (
     flowed,
     metered,
 )
-from rcc_sim.physics.effects import EFFECTS
+from rcc_sim.physics.effects import neutral_of
 from rcc_sim.physics.step import SLIP_BLEND
 from rcc_sim.simulate.drive import Drive, integral_of, is_surveyed
 from rcc_sim.simulate.replay import replay
@@ -192,7 +194,13 @@ class Problem:
             ohm = figures.get(RESISTANCE, self.stated(RESISTANCE))
             beside = self.log[CURRENT] - out[CURRENT]
             left[VOLTAGE] += ohm * flowed(self.log, beside, self._metered)
-        return list(left.values())
+        return self.beside([*left.values()])
+
+    @cached_property
+    def beside(self) -> Callable[[Sequence[Array]], list[Array]]:
+        """What tells tracks apart: the battery's beside what the motor's asks of it."""
+        known = self.channels, self.log, self.nominal, self.vehicle
+        return (None if self.torqued else beside_motor(*known)) or list
 
     @cached_property
     def _metered(self) -> float:
@@ -389,10 +397,3 @@ def by_motion(problem: Problem) -> Problem:
     if not problem.drive.imposed:
         return problem
     return replace(problem, drive=untorqued(problem.drive))
-
-
-def neutral_of(key: str) -> float:
-    """Value of a figure at which its effect vanishes; 0 where that is infinite."""
-    _, name, param = key.split(".")
-    neutral = EFFECTS[name].param(param).neutral if name in EFFECTS else 0.0
-    return neutral if isfinite(neutral) else 0.0

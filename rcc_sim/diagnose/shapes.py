@@ -19,6 +19,7 @@ from rcc_sim.analyse.heading import TURN_RATE
 from rcc_sim.analyse.offsets import scale_sd
 from rcc_sim.definitions.sensors import INERTIAL
 from rcc_sim.definitions.vehicle import Vehicle
+from rcc_sim.diagnose.beside_motor import MOTOR
 from rcc_sim.diagnose.terminals import CURRENT, POWER, VOLTAGE, knows_voltage
 from rcc_sim.physics.effects.sensor_delay import late
 from rcc_sim.simulate.spans import CLOSE, FLOWS
@@ -92,6 +93,19 @@ def shapes_of(problem: Problem) -> dict[str, Shape]:
             known = [np.nan_to_num(x) for x in tracks]
             off[column + SCALE] = Shape(known, sd)
     return off
+
+
+def added_by(problem: Problem, name: str) -> dict[int, Array | float]:
+    """What size 1 of a shape, or of a channel's offset, adds to what it changes."""
+    shape, channels = problem.shapes.get(name), problem.channels
+    if shape is not None:
+        return dict(enumerate(problem.beside(shape.tracks)))
+    if name != MOTOR:
+        return {k: 1.0 for k, c in enumerate(channels) if c == name}
+    told = problem.beside(
+        [np.full(len(problem.log), float(c == name)) for c in channels]
+    )
+    return {k: x for k, x in enumerate(told) if x.any()}
 
 
 def bends_of(problem: Problem) -> dict[str, list[Array]]:

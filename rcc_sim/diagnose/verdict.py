@@ -17,12 +17,11 @@ from rcc_sim.diagnose.compete import Explanation
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import Knob
-from rcc_sim.diagnose.problem import neutral_of
 from rcc_sim.diagnose.remainder import Remainder
 from rcc_sim.diagnose.screen import CLOSER, TICK
 from rcc_sim.diagnose.winner import shares_of
 from rcc_sim.physics.effect import Effect
-from rcc_sim.physics.effects import EFFECTS
+from rcc_sim.physics.effects import EFFECTS, neutral_of
 from rcc_sim.units import unit_of
 
 Array = NDArray[np.float64]

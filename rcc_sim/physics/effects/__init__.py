@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from importlib import import_module
+from math import isfinite
 from pathlib import Path
 
 from rcc_sim.physics.effect import Effect
@@ -12,3 +13,10 @@ EFFECTS: dict[str, Effect] = {
     for path in sorted(Path(__file__).parent.glob("[a-z]*.py"))
 }
 """Id -> effect, in alphabetical order."""
+
+
+def neutral_of(key: str) -> float:
+    """Value of a figure at which its effect vanishes; 0 where that is infinite."""
+    _, name, param = key.split(".")
+    neutral = EFFECTS[name].param(param).neutral if name in EFFECTS else 0.0
+    return neutral if isfinite(neutral) else 0.0
