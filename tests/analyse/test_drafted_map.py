@@ -33,13 +33,26 @@ def written(path, columns):
     return open_source(path)
 
 
+SPEEDS = ("speed_mps", "speed_ref_mps")
+RIGHT, MPH = dict.fromkeys(HEADER, 1.0), dict.fromkeys(SPEEDS, 1 / 0.44704)
+WAYS = {
+    "ours": RIGHT,
+    "theirs": {},
+    "mph and g": MPH | dict.fromkeys(("steer_cmd_rad", "yaw_rate_radps"), 1.0),
+    "mph, degrees and g": MPH | {"battery_current_a": 1.0},
+    "angles of the wheels in radians": {"steer_cmd_rad": 1.0},
+    "km/h alone": RIGHT | dict.fromkeys(SPEEDS, 3.6),
+}
+"""What is wrong -> factors in place of those of the header."""
+
+
 @pytest.mark.parametrize("drive", [CAR, ROVER, TRUCK, SEDAN], ids=lambda d: d[0])
-@pytest.mark.parametrize("right", [True, False], ids=["ours", "theirs"])
-def test_units_and_signs_that_the_rows_give_away_are_drafted(tmp_path, drive, right):
+@pytest.mark.parametrize("way", WAYS)
+def test_units_and_signs_that_the_rows_give_away_are_drafted(tmp_path, drive, way):
     """Speeds in km/h, turning in degrees, forces in g, a current the other way."""
     log = logged(*drive)
     theirs = {
-        name: log[ours] * (1.0 if right else factor)
+        name: log[ours] * WAYS[way].get(ours, factor)
         for ours, (name, factor) in HEADER.items()
     }
     path, by = tmp_path / "ride.csv", tmp_path / "map.toml"

@@ -317,9 +317,9 @@ def test_power_and_mass_tell_a_speed_that_is_in_another_unit(factor, unit):
     assert not grave(check_log(slow, load_vehicle("bmw_i3")))
 
 
-@pytest.mark.parametrize("factor", [3.6, 2.2369])
-def test_a_speed_is_told_whose_reference_is_in_the_same_other_unit(factor):
-    """The two agree; only what the mass takes tells. km/h and mph are near."""
+@pytest.mark.parametrize(("factor", "unit"), [(3.6, "km/h"), (2.2369, "mph")])
+def test_a_speed_is_told_whose_reference_is_in_the_same_other_unit(factor, unit):
+    """The two agree; only what the mass takes tells."""
     log = driven("bmw_i3", "udds", None, None, True)
     kept = ("time_s", "battery_voltage_v", "battery_current_a")
     town = {name: log[name][:400] for name in kept}
@@ -333,8 +333,21 @@ def test_a_speed_is_told_whose_reference_is_in_the_same_other_unit(factor):
     for channel in speeds:
         (finding,) = found(told(factor), "unit", channel)
         assert finding.factor == pytest.approx(1 / factor, rel=1e-6)
-        assert "km/h" in finding.what and "mph" in finding.what
+        assert unit in finding.what
     assert not grave(told(1.0))
+
+
+@pytest.mark.parametrize(
+    ("factor", "words"), [(3.6, "km/h"), (2.2369, "mph"), (1.0, "")]
+)
+def test_a_speed_to_which_the_motor_cannot_turn_is_told(factor, words):
+    """Where no other channel tells of it: 60 000 ERPM are 13 m/s of this car."""
+    log = logged(*CAR)
+    fast = 12.0 / log["speed_mps"].max() * log["speed_mps"]
+    some = {"time_s": log["time_s"], "speed_mps": factor * fast}
+    checked = check_log(Trace(some | {"x_m": log["x_m"]}), load_vehicle("rcc"))
+    findings = found(checked, "unit", "speed_mps")
+    assert [words in f.what for f in findings] == [True] * bool(words)
 
 
 def test_a_speed_eight_per_cent_off_the_motors_is_told():

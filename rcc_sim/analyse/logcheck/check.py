@@ -41,6 +41,7 @@ from rcc_sim.analyse.logcheck.relations import relations
 from rcc_sim.analyse.logcheck.rest import biases, late_commands
 from rcc_sim.analyse.logcheck.timebase import TimeBase, missing, time_base
 from rcc_sim.analyse.logcheck.units import (
+    beyond_reach,
     blame,
     by_map,
     by_size,
@@ -248,6 +249,7 @@ def _together(
     wrong = [f.channel for f in findings if f.severity == "error"]
     told = {name for r in known if r.loose < SURE for name in r.powers}
     findings += by_size(live, [*wrong, *told])
+    findings += beyond_reach(live, vehicle, [f.channel for f in findings])
     findings += net_sign(seconds, live, wrong)
     findings += unsigned(windows, wrong)
     findings += geared(known, vehicle, wrong)

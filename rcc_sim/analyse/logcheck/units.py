@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from math import inf
+from math import inf, log
 
 import numpy as np
 
@@ -13,17 +13,34 @@ from rcc_sim.analyse.logcheck.mistakes import (
     DEG,
     DRIVING,
     RPM,
+    UNITS,
     Mistake,
     mistakes,
     size_of,
     words_of,
 )
 from rcc_sim.analyse.logcheck.relation import Means, Relation, slope
+from rcc_sim.definitions.kernel import top_motor_speed
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.units import G
 
 GEARED = 0.03
 """Share by which a speed may differ from the motor's: what a tyre slips, and wears."""
+
+BROKEN, PRICE, RARE = 5.0, 3.0, 0.5
+"""What a relation costs that does not hold, and a mistake; and how much less it costs
+the more usual it is. A relation that holds costs 1 where it is as far off as it may be:
+one mistake has to mend one, two have to mend two."""
+
+MOST, KEPT = 6, 40
+"""Mistakes of one log at most, and sets of them that are followed."""
+
+NEAR, UNUSUAL = 0.7, 0.3
+"""How much more another mistake may cost to be named as well, and what is too rare."""
+
+REACH, LIKE_MPS = 1.3, 10.0
+"""Times the motor's top speed that none goes: downhill, or by a stated limit that is a
+little low. Factor of a unit that may be taken for m/s."""
 
 UNSIGNED, BRAKED, LIKE = 0.02, 0.1, 0.7
 """Shares of its largest value: how far below zero a channel without a sign may reach,
@@ -34,40 +51,64 @@ and how far what it should be must, to count as braking. Correlation that is ask
 def blame(
     found: Sequence[Relation], columns: Columns, vehicle: Vehicle | None
 ) -> list[Finding]:
-    """Return the mistakes that explain the relations, one channel after the other.
+    """Return the mistakes that together explain the relations best.
 
-    A mistake must mend a relation that is broken and break none that holds. Where
-    several would do, the one that mends most counts, and the doubt is said.
+    Each mistake has its price, and each relation costs by how far it is off what they
+    make of it: two that hide each other, as km/h and g do in an acceleration, are found
+    at once. Where another would do nearly as well, the doubt is said.
     """
-    known = mistakes(columns, vehicle)
-    factors: dict[str, float] = {}
-    findings: list[Finding] = []
-    while True:
-        broken = [r for r in found if not r.allows(_expected(r, factors))]
-        if not broken:
-            return findings
-        ranked = sorted(
-            ((_mended(m, found, broken, factors), m.prior, m) for m in known),
-            key=lambda t: (t[0], t[1]),
-            reverse=True,
-        )
-        mended, _, best = ranked[0] if ranked else (0.0, 0.0, None)
-        if best is None or mended <= 0:
-            return findings + [_odd(r) for r in broken[:3]]
-        ties = [m for score, _, m in ranked if mended - score < 0.1 and m.prior > 0.3]
-        rivals = [m for m in ties if m.channel not in best.factors]
-        units = {
-            m.words for m in ties if m.channel == best.channel and m.kind == "unit"
+    told = {channel for r in found for channel in r.powers}
+    known = [m for m in mistakes(columns, vehicle) if not told.isdisjoint(m.factors)]
+    best = _likeliest(found, known)
+    factors = _factors(best)
+    findings = []
+    for mistake in best:
+        others = tuple(m for m in best if m is not mistake)
+        findings += _told(mistake, others, found, known, _cost(found, best))
+    return (
+        findings + [_odd(r) for r in found if not r.allows(_expected(r, factors))][:3]
+    )
+
+
+def _likeliest(
+    found: Sequence[Relation], known: Sequence[Mistake]
+) -> tuple[Mistake, ...]:
+    """Return the set of mistakes that costs least, the likeliest ``KEPT`` followed."""
+    if all(r.allows(1.0) for r in found):
+        return ()
+    kept: list[tuple[Mistake, ...]] = [()]
+    costs: dict[tuple[Mistake, ...], float] = {(): _cost(found, ())}
+    for _ in range(MOST):
+        wider = {
+            tuple(sorted((*some, m), key=known.index))
+            for some in kept
+            for m in known
+            if all(m.factors.keys().isdisjoint(o.factors) for o in some)
         }
-        or_in = "".join(f", or in {unit}" for unit in sorted(units - {best.words}))
-        first = _finding(best, best.words + or_in, found, factors, rivals)
-        findings.append(first)
-        for channel in best.also:
-            words = words_of(channel, best.factor) + or_in
-            what = f"is in {words}, as {best.channel} is"
-            findings.append(replace(first, channel=channel, what=what))
-        factors |= best.factors
-        known = [m for m in known if best.factors.keys().isdisjoint(m.factors)]
+        more = {some: _cost(found, some) for some in wider}
+        costs |= more
+        kept = sorted(more, key=lambda some: more[some])[:KEPT]
+        if not kept or more[kept[0]] > min(costs.values()) + BROKEN:
+            break
+    return min(costs, key=lambda some: (costs[some], len(some)))
+
+
+def _factors(some: Sequence[Mistake]) -> dict[str, float]:
+    return {channel: f for m in some for channel, f in m.factors.items()}
+
+
+def _cost(found: Sequence[Relation], some: Sequence[Mistake]) -> float:
+    """Return what mistakes cost, and the relations as they then are."""
+    factors = _factors(some)
+    price = sum(PRICE - RARE * m.prior for m in some)
+    return price + sum(_strain(r, _expected(r, factors)) for r in found)
+
+
+def _strain(relation: Relation, expected: float) -> float:
+    """Return how far a relation is off what mistakes make of it: BROKEN at most."""
+    if not relation.allows(expected):
+        return BROKEN
+    return (log(abs(relation.middle / expected)) / log(relation.loose)) ** 2
 
 
 def _expected(relation: Relation, factors: dict[str, float]) -> float:
@@ -78,31 +119,36 @@ def _expected(relation: Relation, factors: dict[str, float]) -> float:
     return out
 
 
-def _mended(
+def _told(
     mistake: Mistake,
+    others: tuple[Mistake, ...],
     found: Sequence[Relation],
-    broken: Sequence[Relation],
-    factors: dict[str, float],
-) -> float:
-    """Return how many broken relations a mistake mends; 0 if it breaks one."""
-    trial = factors | mistake.factors
-    mended = sum(r.allows(_expected(r, trial)) for r in broken)
-    spoilt = sum(
-        not r.allows(_expected(r, trial)) and r.allows(_expected(r, factors))
-        for r in found
-    )
-    tight = sum(
-        max(0.0, 1 - abs(np.log(abs(r.middle / _expected(r, trial)))) / 0.3)
-        for r in broken
-        if r.loose < inf and not mistake.factors.keys().isdisjoint(r.powers)
-    )
-    if not mended:
-        return 0.0
-    return (
-        max(0.0, mended - spoilt + 0.1 * tight + 0.05 * mistake.prior)
-        if spoilt < mended
-        else 0.0
-    )
+    known: Sequence[Mistake],
+    least: float,
+) -> list[Finding]:
+    """Return the findings of a mistake beside others: one for each of its channels."""
+    taken = _factors(others)
+    near = [
+        m
+        for m in known
+        if m.prior > UNUSUAL
+        and taken.keys().isdisjoint(m.factors)
+        and _cost(found, (*others, m)) < least + NEAR
+    ]
+    rivals = [m for m in near if m.channel not in mistake.factors]
+    units = {m.words for m in near if m.channel == mistake.channel and m.kind == "unit"}
+    or_in = "".join(f", or in {unit}" for unit in sorted(units - {mistake.words}))
+    first = _finding(mistake, mistake.words + or_in, found, taken, rivals)
+    also = [
+        replace(
+            first,
+            channel=channel,
+            what=f"is in {words_of(channel, mistake.factor)}{or_in}, "
+            f"as {mistake.channel} is",
+        )
+        for channel in mistake.also
+    ]
+    return [first, *also]
 
 
 def _finding(
@@ -119,10 +165,12 @@ def _finding(
         if not mistake.factors.keys().isdisjoint(r.powers)
         and r.allows(_expected(r, trial))
         and not r.allows(_expected(r, factors))
-    ]
+    ] or [r for r in found if not mistake.factors.keys().isdisjoint(r.powers)]
     verb = {"sign": "has", "unit": "is in"}.get(mistake.kind, "is")
     what = f"{verb} {words}"
-    seen = "; ".join(f"{r.what}: {_factor(r)}" for r in witness[:2])
+    seen = "; ".join(
+        f"{r.what}: {_factor(r, _expected(r, factors))}" for r in witness[:2]
+    )
     what += f" ({seen})"
     if rivals:
         others = {f"{r.channel} ({r.words})" for r in rivals}
@@ -158,10 +206,12 @@ def by_map(factor: float, of: str = "") -> str:
     return f"to mend it, give a --map; {draft} --vehicle CAR drafts one with {entry}"
 
 
-def _factor(relation: Relation) -> str:
+def _factor(relation: Relation, expected: float = 1.0) -> str:
+    """Return how a relation is off what other mistakes make of it."""
+    off = relation.middle / expected
     if np.isinf(relation.loose):
-        return "opposite" if relation.low < 0 else "alike"
-    return f"{relation.middle:.3g} times what it should be"
+        return "opposite" if off < 0 else "alike"
+    return f"{off:.3g} times what it should be"
 
 
 def _odd(relation: Relation) -> Finding:
@@ -240,6 +290,41 @@ def by_size(columns: Columns, suspects: Sequence[str]) -> list[Finding]:
                 )
             )
     return out
+
+
+def beyond_reach(
+    columns: Columns, vehicle: Vehicle | None, suspects: Sequence[str]
+) -> list[Finding]:
+    """Return speeds that the vehicle's motor cannot turn to, with their likely unit."""
+    if vehicle is None or "speed_mps" not in columns or "speed_mps" in suspects:
+        return []
+    lever = vehicle.tyres.radius_m.value / vehicle.drivetrain.gear_ratio.value
+    most = top_motor_speed(vehicle) * lever
+    size = size_of(columns["speed_mps"])
+    fits = [(f, u) for f, u in UNITS["speed_mps"] if f > 1 and size / f < REACH * most]
+    if size < REACH * most or not fits:
+        return []
+    factor, _ = fits[0]
+    units = " or in ".join(unit for f, unit in fits if f < LIKE_MPS)
+    what = f"reaches {size:.4g}, the motor {most:.3g} m/s: in {units or fits[0][1]}"
+    too = ("speed_ref_mps",) if _exceeds(columns, REACH * most) else ()
+    return [
+        Finding(
+            "unit",
+            name,
+            what if name == "speed_mps" else f"is in {units}, as speed_mps is",
+            sure=0.8,
+            action=f"{DROPPED}; {by_map(1 / factor)}",
+            severity="error",
+            factor=1 / factor,
+        )
+        for name in ("speed_mps", *too)
+    ]
+
+
+def _exceeds(columns: Columns, most: float) -> bool:
+    reference = columns.get("speed_ref_mps")
+    return reference is not None and size_of(reference) > most
 
 
 def net_sign(time: Array, columns: Columns, suspects: Sequence[str]) -> list[Finding]:
