@@ -135,8 +135,8 @@ class Draft:
     def toml(self) -> str:
         """Return it as a column map, what was not understood as a comment."""
         lines = [
-            "# a draft by names, units and what the channels say of each other: check",
-            "# it; a current or power that is positive when charging takes sign = -1",
+            "# a draft by names, units and what the channels say of each other: look",
+            "# through it; a power that is positive when charging takes sign = -1",
             "[map]",
             f"separator = {json.dumps(self.separator)}",
             "",

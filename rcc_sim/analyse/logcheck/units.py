@@ -1,4 +1,4 @@
-"""Units and signs by physics: which one channel's mistake explains the relations."""
+"""Units and signs by physics: which mistakes of the channels explain the relations."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ MOST, KEPT = 6, 40
 NEAR, UNUSUAL = 0.7, 0.3
 """How much more another mistake may cost to be named as well, and what is too rare."""
 
-REACH, LIKE_MPS = 1.3, 10.0
-"""Times the motor's top speed that none goes: downhill, or by a stated limit that is a
-little low. Factor of a unit that may be taken for m/s."""
+CREEP, REACH = 0.05, 1.3
+"""Times the motor's top speed that a drive reaches: at least, and at most, downhill or
+where the stated limit is a little low."""
 
 UNSIGNED, BRAKED, LIKE = 0.02, 0.1, 0.7
 """Shares of its largest value: how far below zero a channel without a sign may reach,
@@ -301,13 +301,17 @@ def beyond_reach(
     lever = vehicle.tyres.radius_m.value / vehicle.drivetrain.gear_ratio.value
     most = top_motor_speed(vehicle) * lever
     size = size_of(columns["speed_mps"])
-    fits = [(f, u) for f, u in UNITS["speed_mps"] if f > 1 and size / f < REACH * most]
+    fits = [
+        (factor, unit)
+        for factor, unit in UNITS["speed_mps"]
+        if CREEP * most <= size / factor < REACH * most
+    ]
     if size < REACH * most or not fits:
         return []
-    factor, _ = fits[0]
-    units = " or in ".join(unit for f, unit in fits if f < LIKE_MPS)
-    what = f"reaches {size:.4g}, the motor {most:.3g} m/s: in {units or fits[0][1]}"
-    too = ("speed_ref_mps",) if _exceeds(columns, REACH * most) else ()
+    factor, units = fits[0][0], " or in ".join(unit for _, unit in fits)
+    what = f"reaches {size:.4g}, the motor {most:.3g} m/s: in {units}"
+    both = ("speed_mps", "speed_ref_mps")
+    over = [c for c in both if c in columns and size_of(columns[c]) > REACH * most]
     return [
         Finding(
             "unit",
@@ -318,13 +322,8 @@ def beyond_reach(
             severity="error",
             factor=1 / factor,
         )
-        for name in ("speed_mps", *too)
+        for name in over
     ]
-
-
-def _exceeds(columns: Columns, most: float) -> bool:
-    reference = columns.get("speed_ref_mps")
-    return reference is not None and size_of(reference) > most
 
 
 def net_sign(time: Array, columns: Columns, suspects: Sequence[str]) -> list[Finding]:
