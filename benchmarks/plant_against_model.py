@@ -26,13 +26,12 @@ from rcc_sim.blind.plant import CLOCK, CURRENT_LAG
 from rcc_sim.definitions.vehicle import Vehicle, load_vehicle
 from rcc_sim.diagnose.problem import RECALLS, Problem
 from rcc_sim.simulate.drive import drive_of
-from rcc_sim.simulate.replay import replay
+from rcc_sim.simulate.replay import FREE, replay
 from rcc_sim.trace import Trace
 
 Array = NDArray[np.float64]
 SEEDS = (1, 2, 3)
 LAG = "effects.motor_lag.time_constant_s"
-FREE = (float("inf"), float("inf"))
 
 
 def clean_log(car: Base, seed: int, aligned: bool = False) -> Trace:

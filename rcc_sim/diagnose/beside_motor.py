@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.analyse.gap_regimes import moving_mean, rows_in
+from rcc_sim.definitions.kernel import motor_torque_constant
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.terminals import CURRENT, POWER, VOLTAGE
-from rcc_sim.physics.powertrain import torque_constant
 from rcc_sim.simulate.roughness import sensor_noise
 from rcc_sim.trace import Trace
 
@@ -85,11 +85,11 @@ def drawn_by_motor(vehicle: Vehicle, nominal: Mapping[str, Array], of: str) -> A
     In power it is K_t ω + 3 R i_q, the derivative of K_t ω i_q + 3/2 R i_q²; nil where
     the motor is not known. [W/A], or [A/A] of a current
     """
-    flux, poles = vehicle.motor.flux_linkage_wb, vehicle.motor.poles
-    if flux is None or poles is None:
+    K_t = motor_torque_constant(vehicle)
+    if K_t is None:
         return np.zeros(len(nominal["time_s"]))
     ohm = vehicle.figures().get("effects.copper_loss.phase_resistance_ohm")
-    K_t, R = torque_constant(poles, flux.value), ohm.value if ohm else 0.0
+    R = ohm.value if ohm else 0.0
     power = K_t * nominal[SPEED] + 3 * R * nominal[MOTOR]
     drawn: Array = np.nan_to_num(power / nominal[VOLTAGE] if of == CURRENT else power)
     return drawn

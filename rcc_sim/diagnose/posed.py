@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from math import inf
 
@@ -13,8 +14,11 @@ from rcc_sim.analyse.gap_energy import logged_power
 from rcc_sim.analyse.gap_stages import untorqued
 from rcc_sim.analyse.heading import TURN_RATE, measured_turn
 from rcc_sim.analyse.sampled import drive_as_sampled
+from rcc_sim.definitions.kernel import motor_torque_constant
 from rcc_sim.definitions.vehicle import Vehicle
+from rcc_sim.diagnose.beside_motor import MOTOR, drawn_by_motor
 from rcc_sim.diagnose.problem import RECALLS, Problem
+from rcc_sim.diagnose.terminals import CURRENT, POWER
 from rcc_sim.simulate.drive import Drive
 from rcc_sim.simulate.replay import replay
 from rcc_sim.simulate.roughness import is_rough, sensor_noise
@@ -109,18 +113,45 @@ def recalling(problem: Problem) -> Problem:
     noisier = replace(problem, drive=problem.drive.known_as(speed=more))
     judged = [c for c in problem.channels if c != "speed_mps"]
     noise = {c: sensor_noise(problem.log[c]) for c in judged}
-    gentle, integral = RECALLS
+    gentle, integral, hold = RECALLS
+    hold = min(hold, held_by(problem, noise))
     for _ in range(DOUBLINGS):
         one, two = (
-            p.run(p.vehicle, (gentle, integral), coarse=True)
+            p.run(p.vehicle, (gentle, integral, hold), coarse=True)
             for p in (problem, noisier)
         )
         if all(np.nanstd(two[c] - one[c]) <= NOISE_IN * noise[c] for c in judged):
             break
         gentle *= 2
-    if (gentle, integral) == RECALLS:
+    if (gentle, integral, hold) == RECALLS:
         return problem  # with what it has worked out already
-    return replace(problem, recalls=(gentle, integral))
+    return replace(problem, recalls=(gentle, integral, hold))
+
+
+def held_by(problem: Problem, noise: Mapping[str, float]) -> float:
+    """Return the share of a loop's stiffness by which a coasting car may be drawn.
+
+    Drawn at a rate λ, the model's speed takes on s √(λ/2f) of the noise s of its f rows
+    a second, and its loop, which lets go and takes hold again, makes currents of that.
+    ``noise`` is that of the channels.
+    """
+    vehicle, control = problem.vehicle, problem.vehicle.controller
+    gain = control.proportional_gain_as_per_rad if control else None
+    K_t = motor_torque_constant(vehicle)
+    if gain is None or K_t is None:
+        return 1.0
+    n = vehicle.drivetrain.gear_ratio.value / vehicle.tyres.radius_m.value
+    rate = gain.value * K_t * n**2 / vehicle.body.mass_kg.value
+    made = gain.value * n * sensor_noise(problem.log["speed_mps"])
+    made *= float(np.sqrt(rate * problem.row / 2))
+    per = {MOTOR: 1.0} | {
+        c: float(np.nanmax(drawn_by_motor(vehicle, problem.nominal, c)))
+        for c in (CURRENT, POWER)
+    }
+    least = min(
+        (noise[c] / per[c] for c in per if noise.get(c) and per[c]), default=inf
+    )
+    return (NOISE_IN * least / made) ** 2 if made > 0 else 1.0
 
 
 def by_charge(log: Trace, vehicle: Vehicle, drive: Drive) -> Problem | None:

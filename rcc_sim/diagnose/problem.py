@@ -30,7 +30,7 @@ from rcc_sim.diagnose.terminals import (
 from rcc_sim.physics.effects import neutral_of
 from rcc_sim.physics.step import SLIP_BLEND
 from rcc_sim.simulate.drive import Drive, integral_of, is_surveyed
-from rcc_sim.simulate.replay import replay
+from rcc_sim.simulate.replay import FREE, Recalls, replay
 from rcc_sim.simulate.smooth import interval_of
 from rcc_sim.trace import Trace
 from rcc_sim.units import RHO_AIR, G
@@ -61,7 +61,7 @@ BRAKED, SLIGHT = 1.0, 0.02
 """Time over which a torque that slows the car is a mean, and share of the largest that
 it must be: less is noise of the speed. Of the top speed: at less it stands. [s]"""
 
-RECALLS = (0.2, 1.0)
+RECALLS: Recalls = (0.2, 1.0, 1.0)
 """Times in which the model's speed, and its loop's integral, come to the log's. [s]
 
 Well above a row and well below a manoeuvre: a rough road then does not add up, and
@@ -106,7 +106,7 @@ class Problem:
     bridged: NDArray[np.bool_] | None = None
     unzeroed: tuple[str, ...] = ()
     turned: Array | None = None
-    recalls: tuple[float, float] = RECALLS
+    recalls: Recalls = RECALLS
 
     @cached_property
     def channels(self) -> tuple[str, ...]:
@@ -147,7 +147,7 @@ class Problem:
     def driven(
         self,
         figures: dict[str, float],
-        recalls: tuple[float, float] = (inf, inf),
+        recalls: Recalls = FREE,
         coarse: bool = False,
     ) -> dict[str, Array]:
         """Columns that it predicts, in a free run by default."""
@@ -158,7 +158,7 @@ class Problem:
     def run(
         self,
         vehicle: Vehicle,
-        recalls: tuple[float, float] = (inf, inf),
+        recalls: Recalls = FREE,
         coarse: bool = False,
         wheels: float = 1.0,
     ) -> dict[str, Array]:

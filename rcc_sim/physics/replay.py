@@ -79,21 +79,23 @@ def freedom(p, c, u, row):
 
 
 @jit
-def recall(p, c, s, u, row, w, v, i_q, span, recall_v, recall_i):
+def recall(p, c, s, u, row, w, v, i_q, span, recall_v, recall_i, hold):
     """Draw speed, and the loop's integral, towards what was measured at a row.
 
     v [m/s], beside the model's w when it was so, and i_q [A] are NaN where they were
     not measured. The integral is drawn only while the loop is free, that is at none of
-    its limits. Where it is not, the speed is drawn as hard as the loop would hold it
-    besides, at 1/T + K_p K_t n²/m: a rough road then moves it as far. That is not
-    within a few ``ROWS``, where it would follow their noise.
+    its limits. Where it is not, the speed is drawn by a share ``hold`` as hard as the
+    loop would hold it besides, at 1/T + K_p K_t n²/m: a rough road then moves it as
+    far. That is not within a few ``ROWS``, where it would follow their noise.
     """
     free, rate = 0.0, 1.0 / recall_v
     if p.control.mode == SPEED:
         free = freedom(p, c, u, row)
         stiff = p.control.K_p * c.K_t * c.n * c.n_file / (c.m + c.J * c.n * c.n)
         if rate > 0.0:
-            rate = max(rate, min(rate + (1.0 - free) * stiff, 1.0 / (ROWS * span)))
+            rate = max(
+                rate, min(rate + hold * (1.0 - free) * stiff, 1.0 / (ROWS * span))
+            )
     if v == v:
         share = 1.0 - math.exp(-span * rate)
         s.v_x = max(s.v_x + share * (v - w), 0.0)
@@ -113,7 +115,8 @@ def run_replayed(
     commanded at them, and whether reference and steering hold between them, road the
     slope over distance, maps and lines as in ``run_commanded``. Means are over
     ``window`` [s] before each row. ``recalls`` holds the times [s] in which state and
-    measurement come together (speed, integral; infinite: never), and how long before
+    measurement come together (speed, integral; infinite: never), by what share of its
+    loop's stiffness the speed does besides, where no loop holds it, and how long before
     each row the speed was what it then holds.
     """
     p = P[0]
@@ -123,7 +126,7 @@ def run_replayed(
     speed, current = measured.speed, measured.current
     eta, force = maps
     late_motor, late_steer = lines
-    recall_v, recall_i, ago = recalls
+    recall_v, recall_i, hold, ago = recalls
     T = p.control.T_loop
     eff = max(p.motor_efficiency.scale, ETA_MIN)
     r_0 = 0.0
@@ -190,5 +193,5 @@ def run_replayed(
         back = min(ago[k] / span, 1.0)
         recall(
             p, c, s, u, rows[k], rows[k].w + back * (w_was - rows[k].w),
-            speed[k], current[k], span, recall_v, recall_i,
+            speed[k], current[k], span, recall_v, recall_i, hold,
         )  # fmt: skip

@@ -26,6 +26,12 @@ from rcc_sim.simulate.sensors import sensed_columns
 
 Array = NDArray[np.float64]
 
+Recalls = tuple[float, float, float]
+FREE: Recalls = (inf, inf, 0.0)
+"""Times in which speed, and the speed loop's integral, are drawn to what was measured;
+and by what share of its loop's stiffness the speed is besides, where no loop holds it.
+Of a free run, none. [s], [s], [1]"""
+
 COARSE = 0.005
 """Longest time step of a commanded run that need only be near. [s]
 
@@ -59,7 +65,7 @@ OF_THE_ROAD = (
 def replay(
     vehicle: Vehicle,
     drive: Drive,
-    recalls: tuple[float, float] = (inf, inf),
+    recalls: Recalls = FREE,
     *,
     substeps: int = 1,
     coarse: bool = False,
@@ -72,9 +78,8 @@ def replay(
     ----------
     vehicle, drive
         What is driven, and by what (:func:`drive_of`).
-    recalls : (float, float)
-        Times in which speed, and the speed loop's integral, are drawn to what was
-        measured; infinite: never, a free run. [s]
+    recalls : (float, float, float)
+        How speed and the speed loop's integral are drawn to what was measured (`FREE`).
     substeps : int
         Runs of the loop in place of one, to see what the time step costs.
     coarse : bool

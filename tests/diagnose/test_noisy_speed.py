@@ -40,6 +40,13 @@ def test_a_noisy_speed_draws_it_more_gently_the_noisier():
     assert RECALLS[0] < some < much
 
 
+def test_a_coasting_car_is_drawn_by_less_the_noisier_its_speed():
+    """A share of 1 / noise²: the noise that it makes of currents stays what it may."""
+    clean, some, much = (problem(noise).recalls[2] for noise in (0.002, 0.01, 0.02))
+    assert clean == 1.0 > some > much > 0.0
+    assert some / much == pytest.approx(4.0, rel=0.2)
+
+
 def test_an_open_loop_car_is_drawn_as_ever():
     dart = load_vehicle("dart_jetracer")
     time = np.arange(0, 20, 0.02)
