@@ -285,9 +285,12 @@ def pooled(
     found: Explained = pool(groups)
     causes = [_cause(cause, rows) for cause in found.causes]
     known = {e for c in causes for e in (c["effect"], *c["indistinguishable_from"])}
+    if causes and not causes[0]["named_alone_in"]:  # no log sees what would be clearest
+        known = set()
     strong = too_strong(rows, known)
     if strong:  # about none these forms do not hold, and others make up for that
-        causes = [cause for cause in causes if cause["named_alone_in"]]
+        kept = (cause for cause in causes if cause["named_alone_in"])
+        causes = [cause for cause in kept if cause["effect"] not in strong]
     return {
         "logs": sum(len(logs) for logs in groups.values()),
         "cars": len(groups),
