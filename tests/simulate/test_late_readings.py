@@ -27,7 +27,7 @@ def log(car):
 
 def test_a_model_that_made_a_log_is_not_drawn_away_from_it(car, log):
     free = replay(car, drive_of(log, car))
-    drawn = replay(car, drive_of(log, car), (0.2, 1.0))
+    drawn = replay(car, drive_of(log, car), (0.2, 1.0, 1.0))
     assert np.abs(free["speed_mps"] - log["speed_mps"]).max() < 1e-9
     off = np.abs(drawn["speed_mps"] - log["speed_mps"])
     assert off.max() < 0.03 * log["speed_mps"].max()  # less than a row is off

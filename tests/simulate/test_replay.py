@@ -52,7 +52,7 @@ def test_drawing_the_state_to_the_measurement_takes_a_wrong_speed_away():
     }
     drive = drive_of(Trace(shown), car(LOSSES))
     free = replay(car(LOSSES), drive)["speed_mps"]
-    drawn = replay(car(LOSSES), drive, (0.01, 1.0))["speed_mps"]
+    drawn = replay(car(LOSSES), drive, (0.01, 1.0, 1.0))["speed_mps"]
     late = log["time_s"] > 9
     assert np.abs(free - log["speed_mps"])[late].max() < 0.01
     assert np.mean((drawn - log["speed_mps"])[late]) > 0.1
