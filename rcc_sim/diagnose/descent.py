@@ -313,7 +313,7 @@ def climbed(engine: Engine, now: Fit, knob: Knob, tried: Iterable[float] = ()) -
 
     def held(x: float) -> Fit | None:
         start = engine.attempt(now.values | {knob.key: x}, others, now.noise)
-        return start and replace(improve(engine, start, rounds=2), knobs=now.knobs)
+        return start and replace(improve(engine, start, rounds=4), knobs=now.knobs)
 
     def best_of(xs: Iterable[float], *fits: Fit) -> Fit:
         near = {round(x / row, 6): x for x in xs if x == knob.within(x)}

@@ -17,14 +17,14 @@ def driven():
 @pytest.mark.slow
 @pytest.mark.parametrize("delay", [0.1, pytest.param(0.2, marks=pytest.mark.thorough)])
 def test_a_late_speed_is_told_from_a_late_motor(driven, delay, tmp_path):
-    """Its delay is that by which the readings were shifted, to a row of 10 ms."""
+    """Its delay is that by which the readings were shifted."""
     car, run = driven
     log = logged(run, car, round(100 * delay), tmp_path, {"speed_mps": delay})
     (cause,) = diagnose([log], car).document()["causes"]
     assert cause["effect"] == "sensor_delay"
     ((name, figure),) = cause["parameters"].items()
     assert name == "speed_delay_s"
-    assert figure["value"] == pytest.approx(delay, abs=0.0101)
+    assert figure["low"] < delay < figure["high"]
 
 
 READ = [c for c in NOISE if c not in ("time_s", "speed_ref_mps", "steer_cmd_rad")]
