@@ -19,6 +19,7 @@ from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.beside_motor import MOTOR, drawn_by_motor
 from rcc_sim.diagnose.problem import RECALLS, Problem
 from rcc_sim.diagnose.terminals import CURRENT, POWER
+from rcc_sim.physics.replay import stiffness
 from rcc_sim.simulate.drive import Drive
 from rcc_sim.simulate.replay import replay
 from rcc_sim.simulate.roughness import is_rough, sensor_noise
@@ -141,7 +142,7 @@ def held_by(problem: Problem, noise: Mapping[str, float]) -> float:
     if gain is None or K_t is None:
         return 1.0
     n = vehicle.drivetrain.gear_ratio.value / vehicle.tyres.radius_m.value
-    rate = gain.value * K_t * n**2 / vehicle.body.mass_kg.value
+    rate = stiffness(gain.value, K_t, n**2, vehicle.body.mass_kg.value)
     made = gain.value * n * sensor_noise(problem.log["speed_mps"])
     made *= float(np.sqrt(rate * problem.row / 2))
     per = {MOTOR: 1.0} | {

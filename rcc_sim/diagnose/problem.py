@@ -62,8 +62,8 @@ BRAKED, SLIGHT = 1.0, 0.02
 it must be: less is noise of the speed. Of the top speed: at less it stands. [s]"""
 
 RECALLS: Recalls = (0.2, 1.0, 1.0)
-"""Times in which the model's speed, and its loop's integral, come to the log's. [s]
-
+"""Times in which the model's speed, and its loop's integral, come to the log's [s]; and
+by what share of its loop's stiffness the speed does besides in a coast.
 Well above a row and well below a manoeuvre: a rough road then does not add up, and
 whatever memory this leaves in the residuals the noise model takes up.
 """
@@ -96,7 +96,7 @@ class Problem:
     turned : ndarray or None
         Yaw rate by a heading that was measured, by which the gyro is judged. [rad/s]
     recalls : tuple of float
-        Times in which the model's speed and its loop's integral come to the log's. [s]
+        How the model's speed and its loop's integral come to the log's (`RECALLS`).
     """
 
     vehicle: Vehicle

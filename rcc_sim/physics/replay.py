@@ -79,23 +79,29 @@ def freedom(p, c, u, row):
 
 
 @jit
+def stiffness(K_p, K_t, square, M):
+    """Rate [1/s] at which a speed loop holds a speed: K_p K_t n²/M, square being n²."""
+    return K_p * K_t * square / M
+
+
+@jit
 def recall(p, c, s, u, row, w, v, i_q, span, recall_v, recall_i, hold):
     """Draw speed, and the loop's integral, towards what was measured at a row.
 
     v [m/s], beside the model's w when it was so, and i_q [A] are NaN where they were
     not measured. The integral is drawn only while the loop is free, that is at none of
     its limits. Where it is not, the speed is drawn by a share ``hold`` as hard as the
-    loop would hold it besides, at 1/T + K_p K_t n²/m: a rough road then moves it as
+    loop would hold it besides (``stiffness``): a rough road then moves it as
     far. That is not within a few ``ROWS``, where it would follow their noise.
     """
     free, rate = 0.0, 1.0 / recall_v
     if p.control.mode == SPEED:
         free = freedom(p, c, u, row)
-        stiff = p.control.K_p * c.K_t * c.n * c.n_file / (c.m + c.J * c.n * c.n)
+        M = c.m + c.J * c.n * c.n
+        loop = stiffness(p.control.K_p, c.K_t, c.n * c.n_file, M)
         if rate > 0.0:
-            rate = max(
-                rate, min(rate + hold * (1.0 - free) * stiff, 1.0 / (ROWS * span))
-            )
+            held = rate + hold * (1.0 - free) * loop
+            rate = max(rate, min(held, 1.0 / (ROWS * span)))
     if v == v:
         share = 1.0 - math.exp(-span * rate)
         s.v_x = max(s.v_x + share * (v - w), 0.0)

@@ -44,16 +44,10 @@ def checked_draft(
     """
     draft = drafted(source)
     try:
-        for _ in draft.entries:  # one mended channel may give the next away
-            found = _findings(draft, source, vehicle)
-            if found.keys().isdisjoint(
-                e.column for e in draft.entries if not e.because
-            ):
-                break
-            draft = _mended(draft, found)
+        found = _findings(draft, source, vehicle)
     except InputError as error:
         return draft, str(error)
-    return draft, None
+    return _mended(draft, found), None
 
 
 def _findings(
@@ -66,11 +60,11 @@ def _findings(
 
 
 def _mended(draft: Draft, found: Mapping[str, Finding]) -> Draft:
-    """Return the draft with the factors found, of columns that have none as yet."""
+    """Return the draft with the factors found."""
     entries = []
     for entry in draft.entries:
         finding = found.get(entry.column)
-        if finding is not None and finding.factor is not None and not entry.because:
+        if finding is not None and finding.factor is not None:
             entry = entry.times(finding.factor, finding.what)
         entries.append(entry)
     return replace(draft, entries=tuple(entries))

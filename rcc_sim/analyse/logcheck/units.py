@@ -60,14 +60,13 @@ def blame(
     told = {channel for r in found for channel in r.powers}
     known = [m for m in mistakes(columns, vehicle) if not told.isdisjoint(m.factors)]
     best = _likeliest(found, known)
-    factors = _factors(best)
+    least, factors = _cost(found, best), _factors(best)
     findings = []
     for mistake in best:
         others = tuple(m for m in best if m is not mistake)
-        findings += _told(mistake, others, found, known, _cost(found, best))
-    return (
-        findings + [_odd(r) for r in found if not r.allows(_expected(r, factors))][:3]
-    )
+        findings += _told(mistake, others, found, known, least)
+    broken = [r for r in found if not r.allows(_expected(r, factors))]
+    return findings + [_odd(r) for r in broken[:3]]
 
 
 def _likeliest(
@@ -159,13 +158,13 @@ def _finding(
     rivals: Sequence[Mistake],
 ) -> Finding:
     trial = factors | mistake.factors
-    witness = [
+    mine = [r for r in found if not mistake.factors.keys().isdisjoint(r.powers)]
+    mended = [
         r
-        for r in found
-        if not mistake.factors.keys().isdisjoint(r.powers)
-        and r.allows(_expected(r, trial))
-        and not r.allows(_expected(r, factors))
-    ] or [r for r in found if not mistake.factors.keys().isdisjoint(r.powers)]
+        for r in mine
+        if r.allows(_expected(r, trial)) and not r.allows(_expected(r, factors))
+    ]
+    witness = mended or mine
     verb = {"sign": "has", "unit": "is in"}.get(mistake.kind, "is")
     what = f"{verb} {words}"
     seen = "; ".join(
