@@ -27,15 +27,20 @@ class RccError(Exception):
         self.hint = hint
 
 
-def did_you_mean(name: str, known: Iterable[str]) -> str:
-    """Return a hint for a name that is not known: the nearest, else all there are."""
+def did_you_mean(name: str, known: Iterable[str], table: str = "") -> str:
+    """Return a hint for a name that is not known: the nearest, else all there are.
+
+    The nearest is written as the user would write it, with what stands before it.
+    """
     from difflib import get_close_matches
 
     names = list(known)
     longer = [known for known in names if known.startswith(f"{name}_")]
     near = get_close_matches(name, names, n=1, cutoff=0.6)
     close = longer if len(longer) == 1 else near
-    return f"did you mean `{close[0]}`?" if close else f"there are {', '.join(names)}"
+    if not close:
+        return f"there are {', '.join(names)}"
+    return f"did you mean `{table}{close[0]}`?"
 
 
 class InputError(RccError):

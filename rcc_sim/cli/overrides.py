@@ -11,7 +11,10 @@ from rcc_sim.cli.complete import effect_names, figure_keys, own_effects
 from rcc_sim.errors import InputError, did_you_mean
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from rcc_sim.definitions.vehicle import Vehicle
+    from rcc_sim.physics.effect import Effect
 
 Set = Annotated[
     list[str] | None,
@@ -114,6 +117,16 @@ def _setting(option: str, text: str) -> tuple[str, Any]:
         return key.strip(), value.strip()
 
 
+def _meant(text: str, known: Mapping[str, Effect]) -> str:
+    """Return what ID=VALUE or ID.PARAM=VALUE is likely meant for; empty if nothing."""
+    name, equals, value = text.partition("=")
+    effect, _, param = name.strip().partition(".")
+    if not equals or effect not in known:
+        return ""
+    names = [p.name for p in known[effect].params]
+    return f"{effect}:{param if param in names else names[0]}={value.strip()}"
+
+
 def _effect(text: str, vehicle: Vehicle) -> tuple[str, dict[str, Any]]:
     from rcc_sim.definitions.own_effects import installed_effects
 
@@ -121,6 +134,9 @@ def _effect(text: str, vehicle: Vehicle) -> tuple[str, dict[str, Any]]:
     known = vehicle.known
     if effect not in known:
         known |= installed_effects()
+    if not colon and (meant := _meant(text, known)):
+        hint = f"did you mean `{meant}`?"
+        raise InputError(f"--with {text}: should be ID:PARAM=VALUE", hint)
     if effect not in known:
         close = difflib.get_close_matches(effect, known, n=1)
         hint = f"did you mean `{close[0]}`?" if close else "`rccsim effects` lists them"

@@ -133,12 +133,14 @@ def check_sizes(body: Body, tyres: Tyres, where: str) -> None:
 def known_effect(name: str, where: str, known: Mapping[str, Effect]) -> None:
     """Raise if there is no effect of that name."""
     if name not in known:
-        raise unknown_key(where, f"effects.{name}", (*known, "files"))
+        hint = did_you_mean(name, (*known, "files"))
+        raise InputError(f"{where}: effects.{name}: no such key", hint)
 
 
 def unknown_key(where: str, key: str, known: tuple[str, ...]) -> InputError:
     """Return the error of a key that no table has; the nearest name is the hint."""
-    hint = did_you_mean(key.rpartition(".")[2], known)
+    table, dot, name = key.rpartition(".")
+    hint = did_you_mean(name, known, table + dot)
     return InputError(f"{where}: {key}: no such key", hint)
 
 
