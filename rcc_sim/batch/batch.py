@@ -87,10 +87,18 @@ class Progress:
         errors = table["error"]
         if errors.null_count == len(errors):
             return
-        for i, error in enumerate(errors.to_pylist()):
+        named = "log" in table.column_names
+        logs = table["log"].to_pylist() if named else [""] * len(errors)
+        for i, (error, log) in enumerate(zip(errors.to_pylist(), logs, strict=True)):
             if error is not None:
-                self.failures[error] += 1
-                self.first[error] = min(self.first.get(error, start + i), start + i)
+                what = kind_of(error, log)
+                self.failures[what] += 1
+                self.first[what] = min(self.first.get(what, start + i), start + i)
+
+
+def kind_of(error: str, log: str) -> str:
+    """Return what went wrong with a log without its name: many may fail alike."""
+    return error.removeprefix(f"{log}: ")
 
 
 def run_batch(

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from rcc_sim.batch.batch import kind_of
 from rcc_sim.batch.fleet_rows import TEMPERATURE
 from rcc_sim.diagnose.pool import Evidence, unpacked
 from rcc_sim.diagnose.pooled import Common, Explained, Pooled, pool
@@ -64,8 +65,9 @@ def summary(
     for row in rows:
         logs += 1
         if row["error"] is not None:
-            failures[row["error"]] += 1
-            first.setdefault(row["error"], row["log"])
+            what = kind_of(row["error"], row["log"])
+            failures[what] += 1
+            first.setdefault(what, row["log"])
             continue
         if row.get("pool"):
             name = str(row.get(car or "vehicle"))

@@ -67,6 +67,18 @@ def test_a_log_that_cannot_be_read_is_a_row_with_its_error(logs):
     assert str(logs.parent) not in found[3]["error"]
 
 
+def test_logs_that_fail_alike_are_counted_together(logs):
+    (logs / "e.csv").write_text("no log\n")
+    place = logs.parent / "out.parquet"
+    progress = run_batch(fleet(), place)
+    (kind,) = progress.failures
+    assert progress.failures[kind] == 2
+    assert "d.csv" not in kind
+    assert summary(rows(place), "check")["failures"] == [
+        {"error": kind, "logs": 2, "first": os.path.join("logs", "d.csv")}
+    ]
+
+
 def test_two_processes_give_the_rows_of_one(logs):
     one, two = logs.parent / "one", logs.parent / "two"
     run_batch(fleet(), one)
