@@ -110,7 +110,7 @@ def _suggest(log: str, vehicle: str | None, output: Path | None) -> None:
     car = None if vehicle is None else load_vehicle(vehicle)
     draft, unread = checked_draft(open_source(log), car)
     if unread:
-        say(f"note: by the header alone, for the rows are not read yet: {unread}")
+        say(f"note: units and signs by the header alone: {unread}")
     if output is None:
         sys.stdout.write(draft.toml())
         return

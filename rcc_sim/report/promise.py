@@ -33,14 +33,15 @@ def promise(run: Mapping[str, Any], name: Callable[[str], str] = str) -> str:
     if not each:
         left = percent(exp(-told["least"]))
         return f"narrows the interval of {about} to {left} of its width"
-    nats = f"{_expected(max(each))} nats"
-    if len(each) > 1:
-        nats = f"{_expected(min(each))} to {_expected(max(each))} nats a pair"
     alike = [
         f"{name(p['a'])} and {name(p['b'])}" for p in told["pairs"] if p["nats"] < TIED
     ]
-    but = f", but not {'; '.join(alike)}" if 0 < len(alike) < len(each) else ""
-    return f"parts {about}{but}, {nats}"
+    parted = [nats for nats in each if nats >= TIED] or each
+    least, most = _expected(min(parted)), _expected(max(parted))
+    nats = f"{least} nats" if least == most else f"{least} to {most} nats"
+    if 0 < len(alike) < len(each):
+        return f"parts {about}, but not {'; '.join(alike)}: by {nats} the others"
+    return f"parts {about} by {nats}" + (", any two" if len(each) > 1 else "")
 
 
 def _expected(nats: float) -> str:

@@ -152,6 +152,6 @@ def test_a_run_is_told_with_what_it_does_not_part():
         "expected_nats": {"least": one.least, "pairs": [vars(p) for p in one.pairs]},
     }
     told = promise(document, str.upper)
-    assert told == "parts A, B, C, but not A and B, 0 to over 1000 nats a pair"
+    assert told == "parts A, B, C, but not A and B: by 90 to over 1000 nats the others"
     narrows = {"separates": ["a"], "expected_nats": {"least": np.log(2), "pairs": []}}
     assert promise(narrows) == "narrows the interval of a to 50 % of its width"
