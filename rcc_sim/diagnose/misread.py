@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from rcc_sim.analyse.logcheck.finding import Finding
 from rcc_sim.diagnose.altimeter import Wander
+from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import BIAS, scale_key
+from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.shapes import ALTIMETER, SCALE
 from rcc_sim.diagnose.verdict import TOLERATED
+from rcc_sim.simulate.drive import is_on_stand
 
 NOTHING = 0.25
 """Share of what an altimeter shows below which next to nothing was felt of it."""
@@ -17,6 +20,18 @@ NOTHING = 0.25
 
 GAINED = 3.0
 """Standard deviations of a sensor's gain from which on it is told."""
+
+TURNS = ("yaw_rate_radps", "steer_cmd_rad", "accel_y_mps2", "yaw_rad", "x_m")
+"""Columns that tell where a vehicle turned."""
+
+DRAGS = frozenset(
+    (
+        *("rolling_resistance", "aerodynamic_drag", "road_load", "road_grade"),
+        *("drivetrain_friction", "drivetrain_damping", "iron_loss", "gear_loss"),
+        *("headwind", "friction_brake"),
+    )
+)
+"""Effects that may hold what bends take, or part of it."""
 
 STATE = "[sensors.elevation_m] noise_sd states how far heights may be off"
 WITHOUT = "--hide elevation_m does without them"
@@ -63,6 +78,29 @@ def wandering(
     kind = "wander" if one.is_known else "may_wander"
     action = action.format(TELLS[accelerometer])
     return (Finding(kind, ALTIMETER, off, action=action, severity="warning"),)
+
+
+def without_bends(problem: Problem, causes: Sequence[Cause]) -> tuple[Finding, ...]:
+    """Return what to say of a log that does not tell where the vehicle turned.
+
+    What bends take from its power is none of the model's, and drags are left to hold
+    it: those named may be off by that, or stand for it.
+    """
+    log = problem.log
+    if not problem.drive.imposed or is_on_stand(log) or any(c in log for c in TURNS):
+        return ()
+    named = {e for c in causes for e in (c.effect, *c.tied)}
+    if not named & DRAGS:
+        return ()
+    return (
+        Finding(
+            "no_bends",
+            "yaw_rate_radps",
+            "is not logged, nor steering: the model drives straight, and what bends "
+            "take passes for a drag",
+            action="log either, where the drive has bends",
+        ),
+    )
 
 
 def gains(fit: Fit, log: int = 0) -> tuple[Finding, ...]:

@@ -88,7 +88,7 @@ def sds_to_measure(found: Diagnosis) -> Iterator[tuple[str, str]]:
 
 
 def misread_sensors(found: Diagnosis) -> Iterator[tuple[str, str]]:
-    """Sensors that the rest of the log contradicts."""
+    """Sensors that the rest of the log contradicts, or that it would need."""
     for f in found.gap.findings:
-        if f.kind in ("misread", "wander", "may_wander", "disagrees"):
+        if f.kind in ("misread", "wander", "may_wander", "disagrees", "no_bends"):
             yield "DOUBT", f"{f.channel} {f.what}; {f.action}"

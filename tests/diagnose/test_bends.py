@@ -1,16 +1,22 @@
 """A driver makes up late for what a bend takes from the speed."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from rcc_sim.analyse.logged import open_log
 from rcc_sim.blind.make import make
+from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.knobs import nuisance_knobs
+from rcc_sim.diagnose.misread import without_bends
 from rcc_sim.diagnose.posed import problem_of
 from rcc_sim.diagnose.shapes import bends_of
+from rcc_sim.simulate.run import simulate
+from rcc_sim.trace import Trace
 
 
 def problems_of(folder, family, cases):
@@ -54,3 +60,20 @@ def test_the_late_share_follows_with_the_memory_that_is_stated(tmp_path):
         for x, c in zip(bends["bend"], problem.channels, strict=True)
         if c in ("yaw_rate_radps", "accel_x_mps2", "accel_y_mps2")
     )
+
+
+def test_a_log_that_does_not_tell_where_it_turned_says_so_of_drags_alone():
+    car = load_vehicle("r1t")
+    run = simulate(car, parse_cycle("udds[20:200]"), imposed=True, output_rate=10).trace
+    kept = ("time_s", "speed_mps", "battery_voltage_v", "battery_current_a")
+    straight = Trace({c: run[c] for c in kept}, name="straight")
+    turns = Trace({**straight.columns, "yaw_rate_radps": run["yaw_rate_radps"]})
+    drag = SimpleNamespace(effect="copper_loss", tied=("aerodynamic_drag",))
+    load = SimpleNamespace(effect="auxiliary_load", tied=())
+
+    def said(log, cause):
+        return [f.kind for f in without_bends(problem_of(log, car), [cause])]
+
+    assert said(straight, drag) == ["no_bends"]
+    assert not said(straight, load)
+    assert not said(turns, drag)
