@@ -12,6 +12,9 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+LONG = ("fleets.md", "uncertainty.md", "report.md")
+"""Pages whose commands the README has as well, on other input."""
+
 SKIPPED = (
     "make ",
     "make\n",
@@ -53,7 +56,14 @@ def environment(tmp_path_factory):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize(
+    "page",
+    [
+        pytest.param(page, marks=[pytest.mark.thorough] * (page.name in LONG))
+        for page in PAGES
+    ],
+    ids=lambda page: page.name,
+)
 def test_every_block_of_a_page_runs_after_those_before_it(page, tmp_path, environment):
     for line, language, text in blocks(page):
         shell = ["bash", "-eu", "-c", commands(text)]

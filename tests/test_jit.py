@@ -38,7 +38,7 @@ def test_a_cache_that_cannot_be_written_is_done_without(tmp_path):
     blocked.write_text("not a folder")
     joules, exists = energy(blocked)
     assert exists == "False"
-    assert joules == energy(tmp_path / "cache")[0]
+    assert joules == energy("")[0]  # by the usual cache
 
 
 def test_a_kernel_runs_without_scipy():

@@ -75,8 +75,13 @@ def enough(killed, many):
 
 @pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="there are no such signals")
-@pytest.mark.parametrize("command", COMMANDS)
-@pytest.mark.parametrize("many", [2, pytest.param(12, marks=pytest.mark.thorough)])
+@pytest.mark.parametrize(
+    ("command", "many"),
+    [
+        ("fleet", 2),
+        *(pytest.param(c, 12, marks=pytest.mark.thorough) for c in COMMANDS),
+    ],
+)
 def test_kills_at_random_lose_and_double_nothing(tmp_path, command, many):
     if command == "fleet":
         written(tmp_path / "logs")

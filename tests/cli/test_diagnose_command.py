@@ -88,7 +88,10 @@ def test_an_empty_log_is_told(tmp_path):
 
 
 @pytest.mark.slow
-def test_the_screen_is_printed_where_piped_if_asked_for(drive, tmp_path):
+def test_the_screen_is_printed_where_piped_if_asked_for(tmp_path):
+    drive = tmp_path / "drive.csv"
+    drove = ("simulate", "rcc", "--cycle", "udds[20:50]", "-o", drive)
+    rccsim(*drove, "--with", "auxiliary_load:power_w=3")
     asked = ("diagnose", drive, "--vehicle", "rcc", "--text")
     asked += ("--candidates", "auxiliary_load,payload")
     piped = rccsim(*asked)

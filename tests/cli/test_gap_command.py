@@ -151,7 +151,9 @@ def test_the_electrical_stage_is_battery_less_logged_torque_and_known_loads(trip
 
 @pytest.mark.slow
 @pytest.mark.skipif(not CASES.is_dir(), reason="the withheld cases are not here")
-@pytest.mark.parametrize("drive_name", ["log", "fresh"])
+@pytest.mark.parametrize(
+    "drive_name", ["log", pytest.param("fresh", marks=pytest.mark.thorough)]
+)
 def test_drives_of_nothing_but_tolerances_are_within_their_uncertainty(drive_name):
     truth = json.loads((CASES / "labels.json").read_text())
     nulls = [case for case, label in truth.items() if label["kind"] == "null"]

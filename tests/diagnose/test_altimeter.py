@@ -68,7 +68,10 @@ def told(log, car=CAR):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("wander", "seconds"), [(0.8, 30.0), (2.0, 120.0)])
+@pytest.mark.parametrize(
+    ("wander", "seconds"),
+    [pytest.param(0.8, 30.0, marks=pytest.mark.thorough), (2.0, 120.0)],
+)
 def test_heights_that_the_accelerometer_did_not_feel_are_off(wander, seconds):
     log, off = driven(1, wander, seconds)
     found, (one,) = told(log)

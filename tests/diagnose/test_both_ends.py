@@ -51,7 +51,9 @@ def problem_with(settings: dict[str, float]) -> Problem:
     ("key", "true", "start"),
     [
         ("effects.current_sensor_scale.scale", 0.92, 0.98),
-        ("effects.payload.mass_kg", 0.3, 0.05),
+        pytest.param(
+            *("effects.payload.mass_kg", 0.3, 0.05), marks=pytest.mark.thorough
+        ),
         pytest.param(
             *("effects.rear_cornering_stiffness.scale", 0.8, 0.95),
             marks=pytest.mark.thorough,

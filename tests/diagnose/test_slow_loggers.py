@@ -56,7 +56,13 @@ def test_unless_they_look_like_samples(noise):
 OTHER = pytest.param(20.0, marks=pytest.mark.thorough), 40.0
 
 
-@pytest.mark.parametrize("every", [1, 5], ids=["means", "samples"])
+@pytest.mark.parametrize(
+    "every",
+    [
+        pytest.param(1, id="means"),
+        pytest.param(5, id="samples", marks=pytest.mark.thorough),
+    ],
+)
 @pytest.mark.parametrize("rate", OTHER)
 def test_a_drive_without_a_cause_has_none(rate, every):
     assert not diagnose([logged(rate, every=every)], CAR).asserted

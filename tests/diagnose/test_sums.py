@@ -79,7 +79,10 @@ def force(figures, v):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("seconds", "within"), [(60, 0.1), (25, 0.25)])
+@pytest.mark.parametrize(
+    ("seconds", "within"),
+    [pytest.param(60, 0.1, marks=pytest.mark.thorough), (25, 0.25)],
+)
 def test_a_withheld_road_load_is_found_with_all_its_figures(
     car, log, tmp_path, seconds, within
 ):

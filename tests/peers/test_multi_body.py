@@ -25,6 +25,7 @@ def test_a_steady_corner_has_the_single_tracks_yaw_rate(model, bound, speed, ste
     assert theirs == pytest.approx(single_track, rel=bound)
 
 
+@pytest.mark.thorough
 def test_the_less_camber_and_roll_they_have_the_nearer_they_come():
     mean = [
         np.mean([multi_body.apart(model, seed) for seed in SEEDS], axis=0)
