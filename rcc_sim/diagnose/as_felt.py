@@ -51,7 +51,7 @@ def as_felt(engine: Engine) -> Felt:
     wanders: dict[int, Wander] = {}
     if not any(p.drive.climbed for p in engine.problems):
         return Felt(engine, wanders, None)
-    null = descent.fit(engine, {}, nuisance_knobs(engine.problems))
+    null = descent.of_tolerances(engine)
     for _ in range(PASSES):
         drags = acting_as(engine, null, "drag", carrier_of(engine, null, "drag"))
         found = [as_heights(engine, null, r) for r in drags]

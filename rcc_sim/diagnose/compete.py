@@ -23,7 +23,7 @@ from rcc_sim.diagnose.detect import least_seen, shows_likely
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.gusts import OF_THE_AIR, WIND, may_blow, may_gust, nats_of_gusts
-from rcc_sim.diagnose.knobs import BIAS, nuisance_knobs
+from rcc_sim.diagnose.knobs import BIAS
 from rcc_sim.diagnose.leave_out import one_alone, without_idle, without_outdone
 from rcc_sim.diagnose.profile import overlap
 from rcc_sim.diagnose.read_late import read_late
@@ -108,7 +108,7 @@ def compete(
     ``null`` is what tolerances alone leave, where that is known.
     """
     told("tolerances")
-    null = null or descent.fit(engine, {}, nuisance_knobs(engine.problems))
+    null = null or descent.of_tolerances(engine)
     null = woken(engine, null)
     causes: list[Cause] = []
     ranking: dict[str, float] = {}

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit, Tangent
-from rcc_sim.diagnose.knobs import Knob
+from rcc_sim.diagnose.knobs import Knob, nuisance_knobs, starts_of
 from rcc_sim.diagnose.noise import Whitener, curvature, weights
 
 Array = NDArray[np.float64]
@@ -77,6 +77,12 @@ def fit(
         if turn and gain < SETTLED:
             break
     return now
+
+
+def of_tolerances(engine: Engine) -> Fit:
+    """Fit what the vehicle's file, and its sensors, may be off by, and no cause."""
+    problems = engine.problems
+    return fit(engine, starts_of(problems), nuisance_knobs(problems))
 
 
 def improved(engine: Engine, now: Fit, rounds: int) -> Fit:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from rcc_sim.analyse.gap_replays import sd_of
 from rcc_sim.analyse.offsets import offset_sd
 from rcc_sim.definitions.vehicle import Vehicle
+from rcc_sim.diagnose.lateness import likeliest_delay
 from rcc_sim.diagnose.problem import WHEELS, WHEELS_SD, Problem
 from rcc_sim.diagnose.shapes import SCALE
 
@@ -19,6 +20,15 @@ Array = NDArray[np.float64]
 
 CURRENT_LOOP_LAG = 0.003
 """Lag that any current loop may have; bandwidths are 50 Hz to some kHz. [s]"""
+
+DELAY = "sensor_delay"
+BATTERY_LATE = f"effects.{DELAY}.battery_delay_s"
+
+POLLED, ASKED = 0.25, 0.5
+"""Time between two rows [s] from which a logger may ask for its readings one after
+another, as at the diagnostic socket of a car; and rows by which one may then come later
+than another, one sd.
+"""
 
 LEAST = 0.2
 """Share of what is stated below which no mass, length or stiffness is."""
@@ -214,7 +224,30 @@ def nuisance_knobs(problems: Sequence[Problem]) -> list[Knob]:
         key = "effects.motor_lag.time_constant_s"
         lag = CURRENT_LOOP_LAG
         knobs.append(Knob(key, 0.0, lag, low=0.0, high=1.0, step=lag / 3))
-    return knobs
+    return knobs + delay_knobs(first)
+
+
+def delay_knobs(problem: Problem) -> list[Knob]:
+    """The delay that the battery's readings may have beside the speed in a slow log.
+
+    None where a torque drives the model: what its clock does to them are shapes of
+    their own. Nor where they are clearly late: that is a cause.
+    """
+    row, vehicle = problem.row, problem.vehicle
+    told = problem.torqued or problem.charge is not None or DELAY in vehicle.effects
+    if not problem.drive.imposed or told or row < POLLED or problem.late:
+        return []
+    low, high = vehicle.known[DELAY].param("battery_delay_s").bounds
+    return [Knob(BATTERY_LATE, 0.0, ASKED * row, low, high, acts="rows")]
+
+
+def starts_of(problems: Sequence[Problem]) -> dict[str, float]:
+    """Return where a fit of the tolerances begins, but for what is expected.
+
+    A delay begins where the log shows it: between two of a row or so no slope leads.
+    """
+    late = max(likeliest_delay(problems[0])[0], 0.0)
+    return {knob.key: late for knob in delay_knobs(problems[0])}
 
 
 def bias_key(log: int, column: str) -> str:

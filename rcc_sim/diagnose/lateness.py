@@ -30,14 +30,24 @@ CLEARLY = 0.7
 def lateness(problem: Problem) -> float:
     """Delay [s] of the battery's readings beside an imposed drive; 0 if none is clear.
 
-    In such a drive nothing but their meter makes them late. The delay is that of
-    the least Σ (y(t) - x(t - d))², y being what was logged and x what the model
-    predicts, both without what is slow; a parabola through the three about it. What a
-    noise model that remembers takes for noise at any other delay, it shows at once.
+    In such a drive nothing but their meter makes them late. What a noise model that
+    remembers takes for noise at any other delay, the course of both shows at once.
+    """
+    delay, left = likeliest_delay(problem)
+    return delay if left <= CLEARLY**2 and delay >= ROWS * problem.row else 0.0
+
+
+def likeliest_delay(problem: Problem) -> tuple[float, float]:
+    """Delay [s] at which battery and drive go together best, and what is left there.
+
+    It is that of the least Σ (y(t) - x(t - d))², y being what was logged and x what the
+    model predicts, both without what is slow; a parabola through the three about it. It
+    is negative where the speed comes later. What is left is a share of that without a
+    delay. 0 and 1 in a drive that is not imposed, or without a battery.
     """
     compared = [c for c in problem.channels if c in BEYOND_SHAFT]
     if not (compared and problem.drive.imposed) or problem.charge is not None:
-        return 0.0
+        return 0.0, 1.0
     channel = compared[-1]
     time, row = problem.log["time_s"], problem.row
     known = problem.judged[problem.channels.index(channel)]
@@ -45,10 +55,12 @@ def lateness(problem: Problem) -> float:
     logged = problem.log[channel] - moving_mean(problem.log[channel], rows)
     model = np.nan_to_num(problem.nominal[channel])
     model = model - moving_mean(model, rows)
-    delays = np.arange(0.0, MOST, max(row / 4, STEP))
-    known = known & (time - time[0] > MOST)
-    if not known.any() or len(delays) < 3:
-        return 0.0
+    step = max(row / 4, STEP)
+    most = int(MOST / step)
+    delays = step * np.arange(-most, most + 1)
+    known = known & (time - time[0] > MOST) & (time[-1] - time > MOST)
+    if not known.any() or most < 1:
+        return 0.0, 1.0
 
     def apart(delay: float) -> float:
         there = late(model, time, delay, sampled=True)
@@ -56,8 +68,7 @@ def lateness(problem: Problem) -> float:
 
     left = np.array([apart(d) for d in delays])
     k = int(np.clip(left.argmin(), 1, len(delays) - 2))
-    if left[k] > CLEARLY**2 * left[0] or delays[k] < ROWS * row:
-        return 0.0
     bend = left[k - 1] - 2 * left[k] + left[k + 1]
     aside = 0.5 * (left[k - 1] - left[k + 1]) / bend if bend > 0 else 0.0
-    return float(delays[k] + aside * (delays[1] - delays[0]))
+    aside = min(max(aside, -1.0), 1.0)
+    return float(delays[k] + step * aside), float(left[k] / (left[most] or 1.0))

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from math import inf
 
 from rcc_sim.analyse.logcheck.finding import Finding
 from rcc_sim.diagnose.altimeter import Wander
 from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.fit import Fit
-from rcc_sim.diagnose.knobs import BIAS, scale_key
+from rcc_sim.diagnose.knobs import BATTERY_LATE, BIAS, scale_key
 from rcc_sim.diagnose.problem import Problem
-from rcc_sim.diagnose.shapes import ALTIMETER, SCALE
+from rcc_sim.diagnose.shapes import ALTIMETER, BEYOND_SHAFT, SCALE
 from rcc_sim.diagnose.verdict import TOLERATED
 from rcc_sim.simulate.drive import is_on_stand
 
@@ -78,6 +79,23 @@ def wandering(
     kind = "wander" if one.is_known else "may_wander"
     action = action.format(TELLS[accelerometer])
     return (Finding(kind, ALTIMETER, off, action=action, severity="warning"),)
+
+
+def behind(fit: Fit, problem: Problem) -> tuple[Finding, ...]:
+    """Return what to say of a battery whose readings a fit takes to come late."""
+    knob = next((k for k in fit.knobs if k.key == BATTERY_LATE), None)
+    if knob is None or not knob.sd < inf or fit.values[BATTERY_LATE] <= knob.sd:
+        return ()
+    column = next(c for c in reversed(problem.channels) if c in BEYOND_SHAFT)
+    return (
+        Finding(
+            "late",
+            column,
+            f"comes some {fit.values[BATTERY_LATE]:.2g} s later than the speed",
+            action="the fit takes it so; [sensors] latency_s states how late it is",
+            severity="warning",
+        ),
+    )
 
 
 def without_bends(problem: Problem, causes: Sequence[Cause]) -> tuple[Finding, ...]:

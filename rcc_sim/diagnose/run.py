@@ -21,7 +21,7 @@ from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.as_felt import as_felt
 from rcc_sim.diagnose.as_sent import as_sent
-from rcc_sim.diagnose.by_log import each_log, noise_of
+from rcc_sim.diagnose.by_log import allowed_of, each_log, noise_of
 from rcc_sim.diagnose.candidates import candidates_for, size_of
 from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.compete import Explanation, compete
@@ -32,7 +32,7 @@ from rcc_sim.diagnose.engine import MEMORY, Engine
 from rcc_sim.diagnose.experiment import next_experiments
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.hold_out import leave_shaft, proof
-from rcc_sim.diagnose.misread import misread, wandering, without_bends
+from rcc_sim.diagnose.misread import behind, misread, wandering, without_bends
 from rcc_sim.diagnose.posed import problem_of
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.pulls import moved, moved_together
@@ -53,6 +53,7 @@ from rcc_sim.diagnose.verdict import (
     proves_nothing,
     standing,
     status_of,
+    worsens,
 )
 from rcc_sim.errors import InputError
 from rcc_sim.jit import threads
@@ -155,9 +156,12 @@ def diagnose(
     large = any(g.energy.beyond(DOUBTLESS) for g in gaps)
     doubtless = any(g.energy.within is False for g in gaps)
     refuted: tuple[str, ...] = ()
-    if causes and doubtless and proves_nothing(shrink.explained, before, after):
+    nothing = doubtless and proves_nothing(shrink.explained, before, after)
+    # what each drive has of its own may be another on rows held out
+    steady = not any(c.over_time for c in causes)
+    if causes and (nothing or (steady and worsens(before, after, allowed_of(gaps)))):
         refuted = tuple(c.effect for c in causes)
-        causes, large = [], True
+        causes, large = [], doubtless
         fit, acting = _only(engine, found, fit, causes)
         left = remainder(acting, fit)
         shrink, before, after = proof(
@@ -170,6 +174,7 @@ def diagnose(
             findings=(
                 *g.findings,
                 *misread(fit, i),
+                *behind(fit, problems[i]),
                 *wandering(wanders, i, accelerometer=FELT in problems[i].channels),
                 *disagreeing(acting, fit, i),
                 *without_bends(problems[i], causes),

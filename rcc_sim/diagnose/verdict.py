@@ -214,6 +214,17 @@ def proves_nothing(explained: float, before: float | None, after: float | None) 
     return abs(after) > (1 - SHRUNK) * abs(before)
 
 
+def worsens(before: float | None, after: float | None, allowed: float) -> bool:
+    """Tell whether causes open an energy gap on rows that no fit saw: they are refuted.
+
+    It was within what is ``allowed`` by noise and tolerances, or smaller, and is beyond
+    that. [%]
+    """
+    if before is None or after is None:
+        return False
+    return grew(before, after) and abs(after) > allowed
+
+
 def battery_of_another(findings: Iterable[Finding]) -> str:
     """Return what a check found of another vehicle's voltage; else nothing."""
     return next((f.what for f in findings if f.kind == "other_battery"), "")

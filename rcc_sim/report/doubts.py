@@ -30,6 +30,10 @@ AS_A_DRAG = {
 """Cause that varies -> what may be in its place."""
 
 
+CONTRADICTED = ("misread", "late", "wander", "may_wander", "disagrees", "no_bends")
+"""Kinds of findings that a fit has about a log."""
+
+
 def doubts(found: Diagnosis) -> Iterator[tuple[str, str]]:
     """Yield the word at the left and what it says of what may be otherwise."""
     yield from moved_figures(found)
@@ -90,5 +94,5 @@ def sds_to_measure(found: Diagnosis) -> Iterator[tuple[str, str]]:
 def misread_sensors(found: Diagnosis) -> Iterator[tuple[str, str]]:
     """Sensors that the rest of the log contradicts, or that it would need."""
     for f in found.gap.findings:
-        if f.kind in ("misread", "wander", "may_wander", "disagrees", "no_bends"):
+        if f.kind in CONTRADICTED:
             yield "DOUBT", f"{f.channel} {f.what}; {f.action}"

@@ -6,6 +6,7 @@ import pytest
 from rcc_sim.analyse.logged import Logged, open_log
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose.knobs import BATTERY_LATE
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import replay
@@ -126,3 +127,34 @@ def test_power_later_than_a_measured_torque_is_a_delay_and_no_load(late_s, rate)
     assert name == "battery_delay_s"
     assert figure["value"] == pytest.approx(late_s, abs=0.02)
     assert figure["low"] < late_s < figure["high"]
+
+
+def polled(late_s: float, seed: int = 1):
+    """A log at 1 Hz as of a diagnostic socket: whole km/h, the battery asked later."""
+    fine = np.arange(0.0, 900.0, 0.01)
+    ends = parse_cycle("udds[0:900]")
+    even = np.ones(101) / 101
+    speed = np.interp(fine, ends.time_s, ends.speed_mps)
+    speed = np.convolve(np.pad(speed, 50, mode="edge"), even, "valid")
+    exact = replay(CAR, drive_of(Trace({"time_s": fine, "speed_mps": speed}), CAR))
+    rng = np.random.default_rng(seed)
+    at = np.arange(5.0, 890.0) + rng.uniform(-0.02, 0.02, 885)
+    columns = {
+        "time_s": at,
+        "speed_mps": np.round(3.6 * np.interp(at, fine, speed)) / 3.6,
+    }
+    for c, step in (("battery_voltage_v", 0.5), ("battery_current_a", 0.1)):
+        read = np.interp(at - late_s, fine, exact[c])
+        columns[c] = step * np.round((read + rng.normal(0, step, len(at))) / step)
+    return Logged(Trace(columns, name="polled"), (), None)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("late_s", [0.3, 1.0])
+def test_a_log_that_was_polled_may_have_its_battery_a_little_late(late_s):
+    found = diagnose([polled(late_s)], CAR)
+    assert found.asserted == ()
+    # a sample stands for no mean: half a row is no error
+    assert found.fit.values[BATTERY_LATE] == pytest.approx(late_s, abs=0.5)
+    told = [f for f in found.gap.findings if f.kind == "late"]
+    assert len(told) == (late_s > 0.5)  # half a row is nothing to speak of

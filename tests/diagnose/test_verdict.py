@@ -29,6 +29,7 @@ from rcc_sim.diagnose.verdict import (
     resolution,
     standing,
     status_of,
+    worsens,
 )
 from rcc_sim.physics.effects import EFFECTS
 
@@ -199,6 +200,14 @@ def test_causes_that_do_nothing_for_rows_held_out_are_withdrawn():
     assert not proves_nothing(0.023, 19.9, 12.0)  # the energy shrinks
     assert not proves_nothing(0.9, 19.9, 19.3)  # the rows do: a steering's offset
     assert not proves_nothing(0.023, None, None)  # no energy was measured
+
+
+def test_causes_that_open_an_energy_gap_on_rows_held_out_are_refuted():
+    assert worsens(0.7, -36.0, allowed=11.5)
+    assert worsens(12.0, -36.0, allowed=11.5)
+    assert not worsens(0.7, -10.0, allowed=11.5)  # tolerances could as well
+    assert not worsens(20.0, -12.0, allowed=11.5)  # it shrank
+    assert not worsens(None, None, allowed=11.5)
 
 
 @pytest.mark.parametrize(
