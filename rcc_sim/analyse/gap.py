@@ -314,10 +314,12 @@ def _notes(
     elif drive.imposed:
         notes.append("it turned, and no steering is told: the motion is imposed")
     notes += not_logged(log, energy)
-    if any(g.noise_from == "guess" for g in gaps):
+    guessed = [g.channel for g in gaps if g.noise_from == "guess"]
+    if guessed:
+        of = f" of {', '.join(guessed)}" if len(guessed) < len(gaps) else ""
         notes.append(
-            "noise is guessed from the log; --repeats or the vehicle file's [sensors] "
-            "would tell it"
+            f"noise{of} is guessed from the log; --repeats or the vehicle file's "
+            "[sensors] would tell it"
         )
     if any(g.noise_from == "charge" for g in gaps):
         notes.append(

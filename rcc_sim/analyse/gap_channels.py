@@ -161,13 +161,11 @@ def noise_of(
     spread = _repeated(name, log, repeats)
     if spread is not None:
         return spread, "repeats"
-    sensor = vehicle.sensors.get(name)
     short = residual[:SAMPLE]
     road = wander(short, memory)
-    if sensor is not None and sensor.noise_sd is not None:
-        step = sensor.resolution.value if sensor.resolution is not None else 0.0
-        sd = float(np.hypot(sensor.noise_sd.value, step / np.sqrt(12)))
-        return max(sd, road), "vehicle file"
+    stated = vehicle.noise_sd(name)
+    if stated is not None:
+        return max(stated, road), "vehicle file"
     guess = min(sensor_noise(log[name]), sensor_noise(residual))
     return max(guess, road), "guess"
 

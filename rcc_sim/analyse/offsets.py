@@ -53,13 +53,16 @@ CALM_PARTS = 30
 def offset_sd(log: Trace, vehicle: Vehicle, column: str) -> float:
     """Return the standard deviation of a sensor's offset. [unit of the column]
 
-    As the vehicle's file states it, or else by the sensor's noise; 0 where it has none.
+    As the vehicle's file states it, or else by the sensor's noise, stated or as the log
+    shows it; 0 where it has none.
     """
     stated = vehicle.bias_sd(column)
     if stated is not None:
         return stated
     x = log[column]
-    noise = min(calm_noise(x), noise_at_rest(log, column))
+    noise = vehicle.noise_sd(column)
+    if noise is None:
+        noise = min(calm_noise(x), noise_at_rest(log, column))
     if not noise:
         return 0.0
     share = ZEROED if column.startswith(AT_REST) else OTHERS

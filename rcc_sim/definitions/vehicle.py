@@ -6,6 +6,7 @@ import copy
 import os
 from dataclasses import dataclass, field
 from functools import cached_property
+from math import hypot, sqrt
 from pathlib import Path
 from typing import Any
 
@@ -134,6 +135,14 @@ class Vehicle:
         return key in self._figures or (
             key == "motor.poles" and self.motor.poles is not None
         )
+
+    def noise_sd(self, column: str) -> float | None:
+        """Return a sensor's noise, its resolution in it, where the file states it."""
+        sensor = self.sensors.get(column)
+        if sensor is None or sensor.noise_sd is None:
+            return None
+        step = sensor.resolution.value if sensor.resolution else 0.0
+        return hypot(sensor.noise_sd.value, step / sqrt(12))
 
     def bias_sd(self, column: str) -> float | None:
         """Return the offset that the file allows a sensor, where it states one."""

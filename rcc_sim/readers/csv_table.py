@@ -305,7 +305,7 @@ def _first_word(table: TextTable, names: list[str], error: Exception) -> InputEr
 
 
 def clock_seconds(words: list[str], where: str) -> Array:
-    """Seconds of the day of ``H:M:S`` words. [s]
+    """Seconds of the day of ``H:M:S`` words, a decimal comma or point in the last. [s]
 
     Raises
     ------
@@ -314,8 +314,8 @@ def clock_seconds(words: list[str], where: str) -> Array:
     """
 
     def seconds(word: str) -> float:
-        hours, minutes, rest = (float(part) for part in word.split(":"))
-        return 3600 * hours + 60 * minutes + rest
+        hours, minutes, rest = word.split(":")
+        return 3600 * float(hours) + 60 * float(minutes) + float(rest.replace(",", "."))
 
     return _numbers(words, where, "a time of day, H:M:S", seconds)
 

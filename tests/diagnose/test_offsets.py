@@ -87,6 +87,22 @@ def test_a_meter_shows_its_noise_where_the_car_stands():
     )
 
 
+def test_a_stated_noise_tells_a_meters_offset_in_a_drive_that_hardly_stands():
+    rng, t = np.random.default_rng(2), np.arange(0, 600.0)
+    current = 40 + 30 * np.sin(1.3 * t) + 0.3 * rng.normal(size=len(t))
+    log = Trace({"time_s": t, "speed_mps": current, "battery_current_a": current})
+    car = load_vehicle("bmw_i3")
+    stated = {"noise_sd": 0.1, "resolution": 0.12}
+    sensors = {f"sensors.battery_current_a.{k}": x for k, x in stated.items()}
+    knows = car.changed(settings=sensors)
+    noise = np.hypot(0.1, 0.12 / np.sqrt(12))
+    assert knows.noise_sd("battery_current_a") == pytest.approx(noise)
+    most = 5e-4 * np.abs(current).max()
+    told = offset_sd(log, knows, "battery_current_a")
+    assert told == pytest.approx(max(0.2 * noise, min(most, noise)))
+    assert told < 0.1 * offset_sd(log, car, "battery_current_a")
+
+
 def test_the_offset_of_a_sensor_may_move_unless_it_is_to_be_found(drive):
     car, log = drive
     free = Problem(car, log, drive_of(log, car))

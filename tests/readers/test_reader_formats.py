@@ -212,6 +212,16 @@ def test_a_clock_of_hours_goes_on_over_midnight_and_reverse_is_negative(tmp_path
     np.testing.assert_allclose(trace["speed_mps"], [1, 2, -1])
 
 
+def test_a_clock_may_have_a_decimal_comma(tmp_path):
+    (tmp_path / "log.csv").write_text("T;v\n08:15:00,990;0,5\n08:15:02,020;1,5\n")
+    (tmp_path / "map.toml").write_text(
+        '[columns]\ntime_s = { from = "T", unit = "h:m:s" }\nspeed_mps = "v"\n'
+    )
+    trace = read_log(tmp_path / "log.csv", columns=tmp_path / "map.toml").trace
+    np.testing.assert_allclose(np.diff(trace["time_s"]), [1.03])
+    np.testing.assert_allclose(trace["speed_mps"], [0.5, 1.5])
+
+
 def test_dates_are_seconds_since_1970_whatever_their_zone(tmp_path):
     log, by = tmp_path / "log.csv", tmp_path / "map.toml"
     log.write_text(
