@@ -193,7 +193,7 @@ def _verdict(found: Diagnosis) -> str:
     if found.status == "no_gap" and False in energies:
         told = told.replace("no gap", "no cause: no gap row by row") + f"; {RARE}"
     elif found.status != "no_gap" and all(energies):
-        told += "; by its energy alone tolerances would do, row by row they do not"
+        told += "; what tolerances allow is enough for its energy, not for its course"
     least = min((a.probability for a in found.asserted), default=1.0)
     if least < SURE:
         sure = "not for sure" if least > EVEN else "no likelier than not"
@@ -291,7 +291,7 @@ def _proof(found: Diagnosis) -> Iterator[tuple[str, str]]:
         f"{percent(s.high)})"
     )
     if s.low < 0:
-        gone += ": too little was, to be sure"
+        gone += ": hardly anything was, so that is not sure"
     if s.high - s.low >= NOTHING:
         gone = "too little is beyond noise, row by row, to tell what of it is gone"
     yield "PROOF", f"on {_held_out(found)} {gone}{energy}"

@@ -41,7 +41,10 @@ def test_the_least_sure_cause_is_told_beside_the_verdict(probabilities, told):
     ("shrink", "told"),
     [
         ((0.9, 0.8, 1.0), "(80 % to 100 %)"),
-        ((0.8, -0.51, 1.0), "(−51 % to 100 %): too little was, to be sure"),
+        (
+            (0.8, -0.51, 1.0),
+            "(−51 % to 100 %): hardly anything was, so that is not sure",
+        ),
         ((0.8, -1.0, 1.0), "too little is beyond noise, row by row, to tell"),
     ],
 )
