@@ -19,7 +19,8 @@ from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import figures_of, scale_key
 from rcc_sim.diagnose.noise import Whitener
 from rcc_sim.diagnose.noise_kernel import FREEDOM
-from rcc_sim.diagnose.problem import Problem, by_motion
+from rcc_sim.diagnose.posed import by_motion
+from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.shapes import ALTIMETER, BEYOND_SHAFT, TORQUE
 
 Array = NDArray[np.float64]

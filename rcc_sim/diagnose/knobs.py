@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from rcc_sim.analyse.gap_replays import sd_of
 from rcc_sim.analyse.offsets import offset_sd
 from rcc_sim.definitions.vehicle import Vehicle
-from rcc_sim.diagnose.lateness import likeliest_delay
 from rcc_sim.diagnose.problem import WHEELS, WHEELS_SD, Problem
 from rcc_sim.diagnose.shapes import SCALE
 
@@ -246,8 +245,8 @@ def starts_of(problems: Sequence[Problem]) -> dict[str, float]:
 
     A delay begins where the log shows it: between two of a row or so no slope leads.
     """
-    late = max(likeliest_delay(problems[0])[0], 0.0)
-    return {knob.key: late for knob in delay_knobs(problems[0])}
+    first = problems[0]
+    return {knob.key: max(first.delay[0], 0.0) for knob in delay_knobs(first)}
 
 
 def bias_key(log: int, column: str) -> str:

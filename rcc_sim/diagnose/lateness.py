@@ -33,7 +33,7 @@ def lateness(problem: Problem) -> float:
     In such a drive nothing but their meter makes them late. What a noise model that
     remembers takes for noise at any other delay, the course of both shows at once.
     """
-    delay, left = likeliest_delay(problem)
+    delay, left = problem.delay
     return delay if left <= CLEARLY**2 and delay >= ROWS * problem.row else 0.0
 
 

@@ -155,6 +155,13 @@ def held_by(problem: Problem, noise: Mapping[str, float]) -> float:
     return (NOISE_IN * least / made) ** 2 if made > 0 else 1.0
 
 
+def by_motion(problem: Problem) -> Problem:
+    """Return the same drive, its power by its motion and not by the torque logged."""
+    if not problem.drive.imposed:
+        return problem
+    return replace(problem, drive=untorqued(problem.drive))
+
+
 def by_charge(log: Trace, vehicle: Vehicle, drive: Drive) -> Problem | None:
     """Return a log as one row a stretch between two states of charge, if it is one.
 

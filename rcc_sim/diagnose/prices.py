@@ -14,7 +14,8 @@ from rcc_sim.analyse.charge import Charge
 from rcc_sim.analyse.gap_energy import row_weights
 from rcc_sim.analyse.gap_power import measured_power, power_of
 from rcc_sim.diagnose.knobs import figures_of
-from rcc_sim.diagnose.problem import Problem, by_motion
+from rcc_sim.diagnose.posed import by_motion
+from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.profile import acted_on
 from rcc_sim.errors import InputError
 from rcc_sim.simulate.replay import replay

@@ -12,12 +12,11 @@ from numpy.typing import NDArray
 
 from rcc_sim.analyse.charge import Charge, battery_energy
 from rcc_sim.analyse.gap_regimes import HELD, Scale, moving_mean, rows_in, stands
-from rcc_sim.analyse.gap_stages import untorqued
 from rcc_sim.analyse.heading import TURN_RATE, turn_rate
 from rcc_sim.analyse.logcheck.rest import standing as surely_standing
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.beside_motor import beside_motor
-from rcc_sim.diagnose.lateness import lateness
+from rcc_sim.diagnose.lateness import lateness, likeliest_delay
 from rcc_sim.diagnose.shapes import LATERAL, TORQUE, Shape, shapes_of
 from rcc_sim.diagnose.terminals import (
     CURRENT,
@@ -217,6 +216,11 @@ class Problem:
         return shapes_of(self)
 
     @cached_property
+    def delay(self) -> tuple[float, float]:
+        """Delay [s] of the battery's readings that suits best, and what that leaves."""
+        return likeliest_delay(self)
+
+    @cached_property
     def late(self) -> float:
         """Clear delay of the battery's readings beside an imposed drive, or 0. [s]"""
         return lateness(self)
@@ -390,10 +394,3 @@ class Problem:
         if self.charge is None:
             return values
         return np.interp(self.charge.time, self.log["time_s"], values)
-
-
-def by_motion(problem: Problem) -> Problem:
-    """Return the same drive, its power by its motion and not by the torque logged."""
-    if not problem.drive.imposed:
-        return problem
-    return replace(problem, drive=untorqued(problem.drive))

@@ -9,8 +9,7 @@ from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.by_log import LogEnergy
 from rcc_sim.diagnose.hold_out import energy_by_log
-from rcc_sim.diagnose.posed import problem_of
-from rcc_sim.diagnose.problem import by_motion
+from rcc_sim.diagnose.posed import by_motion, problem_of
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.diagnose.verdict import status_of
 from rcc_sim.report.screen import screen
