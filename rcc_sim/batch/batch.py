@@ -53,8 +53,8 @@ class Progress:
         Rows that are there.
     failures : Counter
         What went wrong -> how often.
-    first : dict
-        What went wrong -> the first row with it.
+    first, log : dict
+        What went wrong -> the first row with it, and the log that it is of, if any.
     began : float
         When it began, on the clock that only goes forward. [s]
     """
@@ -64,6 +64,7 @@ class Progress:
     done: int = 0
     failures: Counter[str] = field(default_factory=Counter)
     first: dict[str, int] = field(default_factory=dict)
+    log: dict[str, str] = field(default_factory=dict)
     began: float = field(default_factory=time.monotonic)
 
     @property
@@ -93,7 +94,8 @@ class Progress:
             if error is not None:
                 what = kind_of(error, log)
                 self.failures[what] += 1
-                self.first[what] = min(self.first.get(what, start + i), start + i)
+                if start + i < self.first.get(what, self.total):
+                    self.first[what], self.log[what] = start + i, log
 
 
 def kind_of(error: str, log: str) -> str:

@@ -126,7 +126,8 @@ def tell_failures(progress: Progress, what: str) -> None:
     warn(f"{progress.failed:,} of {progress.total:,} {what} failed")
     kinds = progress.failures.most_common()
     for error, count in kinds[:SHOWN]:
-        say(f"  {count:,} (first: {progress.first[error]}): {error}")
+        first = progress.log[error] or progress.first[error]
+        say(f"  {count:,} (first: {first}): {error}")
     rest = sum(count for _, count in kinds[SHOWN:])
     if rest:
         say(f"  {rest:,} of {len(kinds) - SHOWN:,} other kinds")

@@ -80,4 +80,4 @@ def test_what_nobody_would_read_is_refused(file_of, tables, told):
 def test_a_name_that_only_lacks_its_unit_is_known(file_of):
     with pytest.raises(InputError) as caught:
         load_vehicle(file_of("[sensors.yaw_rate]\nnoise_sd = 0.1"))
-    assert caught.value.hint == "did you mean `yaw_rate_radps`?"
+    assert caught.value.hint == "did you mean `sensors.yaw_rate_radps`?"
