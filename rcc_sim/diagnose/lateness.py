@@ -27,6 +27,12 @@ CLEARLY = 0.7
 """Share of what parts two courses that must stay at most for one to be late."""
 
 
+def battery_channel(problem: Problem) -> str:
+    """Return the channel by which the battery is compared; empty if there is none."""
+    compared = (c for c in reversed(problem.channels) if c in BEYOND_SHAFT)
+    return next(compared, "")
+
+
 def lateness(problem: Problem) -> float:
     """Delay [s] of the battery's readings beside an imposed drive; 0 if none is clear.
 
@@ -45,10 +51,9 @@ def likeliest_delay(problem: Problem) -> tuple[float, float]:
     is negative where the speed comes later. What is left is a share of that without a
     delay. 0 and 1 in a drive that is not imposed, or without a battery.
     """
-    compared = [c for c in problem.channels if c in BEYOND_SHAFT]
-    if not (compared and problem.drive.imposed) or problem.charge is not None:
+    channel = battery_channel(problem)
+    if not (channel and problem.drive.imposed) or problem.charge is not None:
         return 0.0, 1.0
-    channel = compared[-1]
     time, row = problem.log["time_s"], problem.row
     known = problem.judged[problem.channels.index(channel)]
     rows = rows_in(time, SLOW)

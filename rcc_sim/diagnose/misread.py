@@ -9,9 +9,10 @@ from rcc_sim.analyse.logcheck.finding import Finding
 from rcc_sim.diagnose.altimeter import Wander
 from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.fit import Fit
-from rcc_sim.diagnose.knobs import BATTERY_LATE, BIAS, scale_key
+from rcc_sim.diagnose.knobs import BIAS, delay_knobs, scale_key
+from rcc_sim.diagnose.lateness import battery_channel
 from rcc_sim.diagnose.problem import Problem
-from rcc_sim.diagnose.shapes import ALTIMETER, BEYOND_SHAFT, SCALE
+from rcc_sim.diagnose.shapes import ALTIMETER, SCALE
 from rcc_sim.diagnose.verdict import TOLERATED
 from rcc_sim.simulate.drive import is_on_stand
 
@@ -82,19 +83,21 @@ def wandering(
 
 
 def behind(fit: Fit, problem: Problem) -> tuple[Finding, ...]:
-    """Return what to say of a battery whose readings a fit takes to come late."""
-    knob = next((k for k in fit.knobs if k.key == BATTERY_LATE), None)
-    if knob is None or not knob.sd < inf or fit.values[BATTERY_LATE] <= knob.sd:
-        return ()
-    column = next(c for c in reversed(problem.channels) if c in BEYOND_SHAFT)
-    return (
+    """Return what to say of a battery whose readings a fit takes to come late.
+
+    Not of a delay that the file states, nor of one that is a cause.
+    """
+    taken = {k.key for k in fit.knobs if k.sd < inf}
+    return tuple(
         Finding(
             "late",
-            column,
-            f"comes some {fit.values[BATTERY_LATE]:.2g} s later than the speed",
+            battery_channel(problem),
+            f"comes some {fit.values[knob.key]:.2g} s later than the speed",
             action="the fit takes it so; [sensors] latency_s states how late it is",
             severity="warning",
-        ),
+        )
+        for knob in delay_knobs(problem)
+        if knob.key in taken and fit.values[knob.key] > knob.sd
     )
 
 

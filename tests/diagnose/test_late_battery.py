@@ -1,12 +1,19 @@
 """Readings that come late are a sensor's delay; no hill, load or mass."""
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from rcc_sim.analyse.logged import Logged, open_log
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.knobs import BATTERY_LATE
+from rcc_sim.diagnose.descent import of_tolerances
+from rcc_sim.diagnose.engine import Engine
+from rcc_sim.diagnose.knobs import BATTERY_LATE, Knob
+from rcc_sim.diagnose.misread import behind
+from rcc_sim.diagnose.posed import problem_of
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import replay
@@ -158,3 +165,24 @@ def test_a_log_that_was_polled_may_have_its_battery_a_little_late(late_s):
     assert found.fit.values[BATTERY_LATE] == pytest.approx(late_s, abs=0.5)
     told = [f for f in found.gap.findings if f.kind == "late"]
     assert len(told) == (late_s > 0.5)  # half a row is nothing to speak of
+
+
+@pytest.mark.slow
+def test_one_that_comes_later_by_some_time_is_taken_to_do_so():
+    """Whatever of a row a sample stands for, it is the same in both logs."""
+    engines = (Engine([problem_of(polled(s).log, CAR)]) for s in (0.65, 1.0))
+    early, late = (of_tolerances(e).values[BATTERY_LATE] for e in engines)
+    assert late - early == pytest.approx(0.35, abs=0.15)
+
+
+def test_a_delay_that_is_stated_or_named_is_not_doubted_besides():
+    log, stated = polled(1.0).log, {"value": 0.7, "sd": 0.2}
+    knows = CAR.changed(settings={"sensors.battery_current_a.latency_s": stated})
+    found = {BATTERY_LATE: 0.9}
+    knob = Knob(BATTERY_LATE, 0.0, 0.5)
+    taken = SimpleNamespace(values=found, knobs=[knob])
+    named = SimpleNamespace(values=found, knobs=[replace(knob, sd=np.inf)])
+    here = problem_of(log, CAR)
+    assert [f.kind for f in behind(taken, here)] == ["late"]
+    assert not behind(named, here)
+    assert not behind(taken, problem_of(log, knows))
