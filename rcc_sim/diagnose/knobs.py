@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from rcc_sim.analyse.gap_replays import sd_of
 from rcc_sim.analyse.offsets import offset_sd
 from rcc_sim.definitions.vehicle import Vehicle
+from rcc_sim.diagnose.lateness import battery_channel
 from rcc_sim.diagnose.problem import WHEELS, WHEELS_SD, Problem
 from rcc_sim.diagnose.shapes import SCALE
 
@@ -234,7 +235,8 @@ def delay_knobs(problem: Problem) -> list[Knob]:
     """
     row, vehicle = problem.row, problem.vehicle
     told = problem.torqued or problem.charge is not None or DELAY in vehicle.effects
-    if not problem.drive.imposed or told or row < POLLED or problem.late:
+    asked = problem.drive.imposed and row >= POLLED and battery_channel(problem)
+    if told or not asked or problem.late:
         return []
     low, high = vehicle.known[DELAY].param("battery_delay_s").bounds
     return [Knob(BATTERY_LATE, 0.0, ASKED * row, low, high, acts="rows")]
