@@ -235,13 +235,15 @@ def _portable(name: str) -> str:
 def _check_effects(models: Sequence[str], options: Mapping[str, Any]) -> None:
     from rcc_sim.definitions.vehicle import load_vehicle
     from rcc_sim.errors import InputError
+    from rcc_sim.physics.effect import meant
 
     for name in models:
         car = load_vehicle(name)
         car.changed(without=tuple(options.get("withhold") or ()))
         for effect in options.get("candidates") or ():
             if effect not in car.known:
-                raise InputError(f"--candidates: {effect}: no such effect")
+                what = f"--candidates: {effect}: no such effect"
+                raise InputError(what, meant(effect, car.known))
 
 
 def _check_columns(asked: Asked, fleet: Fleet) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -129,18 +128,18 @@ def _meant(text: str, known: Mapping[str, Effect]) -> str:
 
 def _effect(text: str, vehicle: Vehicle) -> tuple[str, dict[str, Any]]:
     from rcc_sim.definitions.own_effects import installed_effects
+    from rcc_sim.physics.effect import meant
 
     effect, colon, rest = text.partition(":")
     known = vehicle.known
     if effect not in known:
         known |= installed_effects()
-    if not colon and (meant := _meant(text, known)):
-        hint = f"did you mean `{meant}`?"
+    if not colon and (likely := _meant(text, known)):
+        hint = f"did you mean `{likely}`?"
         raise InputError(f"--with {text}: should be ID:PARAM=VALUE", hint)
     if effect not in known:
-        close = difflib.get_close_matches(effect, known, n=1)
-        hint = f"did you mean `{close[0]}`?" if close else "`rccsim effects` lists them"
-        raise InputError(f"--with {text}: no such effect: {effect}", hint)
+        what = f"--with {text}: no such effect: {effect}"
+        raise InputError(what, meant(effect, known))
     names = [*(p.name for p in known[effect].params), *known[effect].files]
     if not colon or "=" not in rest:
         raise InputError(

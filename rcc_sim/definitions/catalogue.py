@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from rcc_sim.definitions import library
 from rcc_sim.definitions.library import Entry
-from rcc_sim.errors import InputError, did_you_mean
+from rcc_sim.errors import InputError
 
 if TYPE_CHECKING:
     from rcc_sim.definitions.cycle import Cycle
@@ -85,15 +85,16 @@ def effect_of(name: str) -> tuple[Effect, str]:
         If there is no such effect.
     """
     from rcc_sim.definitions.own_effects import own_effect, plugin_names
+    from rcc_sim.physics.effect import meant
     from rcc_sim.physics.effects import EFFECTS
 
     if name in EFFECTS:
         return EFFECTS[name], "shipped"
     if name.endswith(".py"):
         return own_effect(name).effect, name
-    if name in (installed := plugin_names()):
+    if name in plugin_names():
         return own_effect(f"plugin {name}").effect, f"plugin {name}"
-    raise _unknown_effect(name, [*EFFECTS, *installed])
+    raise InputError(f"no such effect: {name!r}", meant(name, EFFECTS))
 
 
 def effect_row(name: str) -> dict[str, Any]:
@@ -214,7 +215,3 @@ def _cycle_row(entry: Entry) -> dict[str, str | float | None]:
     except InputError as error:
         row["problem"] = str(error)
     return row
-
-
-def _unknown_effect(name: str, known: list[str]) -> InputError:
-    return InputError(f"no such effect: {name!r}", did_you_mean(name, known))

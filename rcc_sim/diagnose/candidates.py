@@ -11,8 +11,8 @@ import numpy as np
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.problem import RECALLS, Problem
 from rcc_sim.diagnose.shapes import BEYOND_SHAFT
-from rcc_sim.errors import InputError, did_you_mean
-from rcc_sim.physics.effect import Effect, Param
+from rcc_sim.errors import InputError
+from rcc_sim.physics.effect import Effect, Param, meant
 from rcc_sim.units import G, unit_of
 
 LIKELY = 5.0
@@ -210,7 +210,7 @@ def candidates_for(
         if missing[0] in known:
             raise InputError(f"--candidates: {missing[0]}: cannot show in this log")
         what = f"--candidates: {missing[0]}: no such effect"
-        raise InputError(what, did_you_mean(missing[0], known))
+        raise InputError(what, meant(missing[0], known))
     return found
 
 

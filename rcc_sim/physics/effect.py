@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import inf, isfinite
 
@@ -169,6 +170,8 @@ class Effect:
         Whether some vehicles alone have it: no cause unless it is asked for.
     either : bool
         Whether its parameters are alternatives: a file that states one has no other.
+    also : tuple of str
+        Other words for it, by which somebody may ask for it.
     """
 
     id: str
@@ -188,6 +191,7 @@ class Effect:
     sums: tuple[str, ...] = ()
     rare: bool = False
     either: bool = False
+    also: tuple[str, ...] = ()
 
     @property
     def neutral(self) -> dict[str, float]:
@@ -197,3 +201,27 @@ class Effect:
     def param(self, name: str) -> Param:
         """Return the parameter of that name."""
         return next(param for param in self.params if param.name == name)
+
+
+def meant(name: str, known: Mapping[str, Effect]) -> str:
+    """Return a hint for an effect that is not known: those with such words, or near."""
+    from difflib import get_close_matches
+
+    asked = words_of(name)
+    having = [
+        one.id
+        for one in known.values()
+        if asked
+        and any(asked <= words_of(said) for said in (one.id, one.title, *one.also))
+    ]
+    if len(having) > 1:
+        return f"did you mean one of {', '.join(having)}?"
+    if having:
+        return f"did you mean `{having[0]}`?"
+    near = get_close_matches(name, known, n=1, cutoff=0.6)
+    return f"did you mean `{near[0]}`?" if near else "`rccsim effects` lists them"
+
+
+def words_of(said: str) -> set[str]:
+    """Return the words of a name or a phrase."""
+    return set(said.lower().replace("_", " ").split())

@@ -62,6 +62,7 @@ def test_a_mended_file_without_a_cause_is_said_to_be_one(drive, tmp_path):
         (["--vehicle", "rcx"], "rcx"),
         (["--vehicle", "rcc", "--hide", "no_such_column"], "no_such_column"),
         (["--vehicle", "rcc", "--candidates", "no_such"], "no such effect"),
+        (["--vehicle", "rcc", "--candidates", "heater"], "mean `auxiliary_load`?"),
         (["--vehicle", "rcc", "--withhold", "tyre_saturation"], "does not have it"),
     ],
 )

@@ -37,4 +37,5 @@ EFFECT = Effect(
     seen_as="an acceleration at standstill on level ground",
     source="definition; the sensor, not the car: it touches the log alone",
     sensor=True,
+    also=("imu bias", "accelerometer offset"),
 )

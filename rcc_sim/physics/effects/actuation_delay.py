@@ -29,4 +29,5 @@ EFFECT = Effect(
     seen_as="current and speed that answer late, a loop near to swinging",
     source="definition",
     shows_in=("commanded",),
+    also=("motor delay", "dead time", "latency"),
 )

@@ -36,4 +36,5 @@ EFFECT = Effect(
     sink="aerodynamic_drag",
     seen_as="power that grows with the cube of speed",
     source="T. D. Gillespie, Fundamentals of Vehicle Dynamics, SAE, 1992, ch. 4",
+    also=("air drag", "air resistance", "roof box", "cda"),
 )

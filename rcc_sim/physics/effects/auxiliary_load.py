@@ -27,4 +27,13 @@ EFFECT = Effect(
     sink="auxiliary_load",
     seen_as="battery power at standstill, and the same on top of every other",
     source="definition",
+    also=(
+        "heater",
+        "air conditioning",
+        "hvac",
+        "hotel load",
+        "accessories",
+        "electronics",
+        "computer",
+    ),
 )

@@ -39,4 +39,5 @@ EFFECT = Effect(
     needs_any=("battery.open_circuit_voltage_v", "battery.nominal_voltage_v"),
     seen_as="terminal voltage that falls in proportion to current",
     source="G. Plett, Battery Management Systems I, Artech House, 2015, ch. 2",
+    also=("internal resistance",),
 )

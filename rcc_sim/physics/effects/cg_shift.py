@@ -26,4 +26,5 @@ EFFECT = Effect(
     channels=("yaw_rate_radps", "accel_y_mps2"),
     seen_as="under- or oversteer that the file does not have",
     source="definition",
+    also=("centre of gravity", "center of gravity", "weight distribution"),
 )

@@ -29,4 +29,5 @@ EFFECT = Effect(
     seen_as="battery power that grows with the square of torque, at any speed",
     source="P. Krause et al., Analysis of Electric Machinery, Wiley, 2013, ch. 4 "
     "(amplitude-invariant transform, hence 3/2)",
+    also=("phase resistance", "winding resistance", "i2r"),
 )

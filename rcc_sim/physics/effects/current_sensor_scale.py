@@ -26,4 +26,5 @@ EFFECT = Effect(
     seen_as="battery power off by a factor at every speed, both ways",
     source="definition; the sensor, not the car: it touches the log alone",
     sensor=True,
+    also=("shunt",),
 )

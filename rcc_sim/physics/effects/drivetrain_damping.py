@@ -27,4 +27,5 @@ EFFECT = Effect(
     sink="drivetrain_damping",
     seen_as="a torque that grows in proportion to speed, at any load",
     source="S. Kumari et al., Development of a scaled setup, appendix A, eq. J dω/dt",
+    also=("viscous friction",),
 )

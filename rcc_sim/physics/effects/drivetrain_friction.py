@@ -27,4 +27,5 @@ EFFECT = Effect(
     sink="drivetrain_friction",
     seen_as="the same torque at every speed, wheels on the ground or off it",
     source="B. Armstrong-Hélouvry et al., Automatica 30 (1994) 1083-1138",
+    also=("coulomb friction", "dragging brake"),
 )

@@ -28,4 +28,5 @@ EFFECT = Effect(
     seen_as="less given back in every braking, in proportion to how hard it is",
     source="M. Ehsani et al., Modern Electric, Hybrid Electric and Fuel Cell "
     "Vehicles, CRC Press, 2018, ch. 14: parallel braking",
+    also=("brakes", "braking"),
 )

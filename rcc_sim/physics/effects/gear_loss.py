@@ -32,4 +32,5 @@ EFFECT = Effect(
     sink="gear_loss",
     seen_as="torque short in proportion to load: most in hard acceleration",
     source="G. Niemann, H. Winter, Maschinenelemente II, Springer, 2003, ch. 21",
+    also=("gear efficiency", "transmission efficiency"),
 )

@@ -32,4 +32,5 @@ EFFECT = Effect(
     seen_as="drag that differs between the two directions of a road",
     source="definition; acts through aerodynamic_drag, or a road load's C as in "
     "SAE J2263's correction for wind",
+    also=("tailwind",),
 )

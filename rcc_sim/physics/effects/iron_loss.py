@@ -39,4 +39,5 @@ EFFECT = Effect(
     seen_as="drag at the shaft that is there with the wheels off the ground",
     source="J. Pyrhönen et al., Design of Rotating Electrical Machines, Wiley, 2014, "
     "ch. 3 (loss ∝ f and f², hence torque constant and ∝ speed)",
+    also=("hysteresis", "eddy currents", "cogging"),
 )

@@ -78,4 +78,5 @@ EFFECT = Effect(
     seen_as="a motor that runs ahead of the road when it drives hard, and behind when "
     "it brakes",
     source="H. B. Pacejka, Tire and Vehicle Dynamics, 3rd ed., 2012, ch. 1 and 8",
+    also=("wheel slip", "wheelspin"),
 )

@@ -53,4 +53,5 @@ EFFECT = Effect(
     source="S. Kumari et al., Development of a scaled setup, figs. of motor maps; "
     "P_b = tau omega / eta when motoring",
     sums=("copper_loss", "iron_loss"),
+    also=("inverter efficiency",),
 )

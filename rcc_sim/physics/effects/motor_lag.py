@@ -32,4 +32,5 @@ EFFECT = Effect(
     seen_as="acceleration that rounds the corners of the throttle",
     source="definition; solved exactly for a command held over a tick",
     shows_in=("commanded",),
+    also=("motor time constant",),
 )

@@ -27,4 +27,5 @@ EFFECT = Effect(
     channels=("motor_current_a", "battery_power_w", "speed_mps"),
     seen_as="more force in every acceleration and more rolling resistance",
     source="definition",
+    also=("mass", "weight", "passengers", "cargo"),
 )

@@ -27,4 +27,5 @@ EFFECT = Effect(
     channels=("yaw_rate_radps", "accel_y_mps2"),
     seen_as="yaw gain that changes with speed",
     source="definition",
+    also=("tyre stiffness", "tire stiffness", "oversteer"),
 )

@@ -35,4 +35,5 @@ EFFECT = Effect(
     seen_as="nothing given back in the last metres before a stop",
     source="M. Ehsani et al., Modern Electric, Hybrid Electric and Fuel Cell "
     "Vehicles, CRC Press, 2018, ch. 14: braking torque of a motor at low speed",
+    also=("regen fade",),
 )

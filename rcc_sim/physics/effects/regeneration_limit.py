@@ -50,4 +50,5 @@ EFFECT = Effect(
     seen_as="no current, or a flat one, where braking would give energy back",
     source="S. Kumari et al., Development of a scaled setup, appendix A.3",
     either=True,
+    also=("regen limit", "recuperation"),
 )

@@ -39,4 +39,5 @@ EFFECT = Effect(
     seen_as="a force with the sign of the direction driven",
     source="T. D. Gillespie, Fundamentals of Vehicle Dynamics, SAE, 1992, ch. 4",
     shows_in=("unsurveyed",),
+    also=("hill", "incline", "gradient", "altitude", "elevation"),
 )

@@ -63,4 +63,5 @@ EFFECT = Effect(
         "drivetrain_friction",
         "iron_loss",
     ),
+    also=("coastdown",),
 )

@@ -30,4 +30,5 @@ EFFECT = Effect(
     sink="rolling_resistance",
     seen_as="a coast-down that slows at nearly the same rate at every speed",
     source="T. D. Gillespie, Fundamentals of Vehicle Dynamics, SAE, 1992, ch. 4",
+    also=("crr", "tyre pressure", "soft tyres"),
 )

@@ -27,4 +27,5 @@ EFFECT = Effect(
     sink="rotor_inertia",
     seen_as="more torque in every acceleration, given back in the deceleration",
     source="S. Kumari et al., Development of a scaled setup, appendix A, eq. J dω/dt",
+    also=("flywheel",),
 )

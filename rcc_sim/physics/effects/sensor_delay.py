@@ -162,4 +162,5 @@ EFFECT = Effect(
     seen_as="a channel that shows the same shape as simulated, later",
     source="definition; the sensor, not the car: it touches the log alone",
     sensor=True,
+    also=("sensor latency", "time offset"),
 )

@@ -36,4 +36,5 @@ EFFECT = Effect(
     seen_as="speed that follows the reference more or less tightly",
     source="definition",
     shows_in=("commanded", "speed_loop"),
+    also=("controller gains", "pid", "pi gains"),
 )

@@ -27,4 +27,5 @@ EFFECT = Effect(
     source="definition; the sensor, not the car: it touches the log alone",
     sensor=True,
     shows_in=("turning",),
+    also=("speedometer",),
 )

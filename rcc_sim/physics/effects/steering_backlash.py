@@ -28,4 +28,5 @@ EFFECT = Effect(
     seen_as="steer reversals that do nothing at first",
     source="J. Hedrick, A. Girard, Control of Nonlinear Dynamic Systems, 2010, ch. 1",
     shows_in=("steered",),
+    also=("play", "slop"),
 )

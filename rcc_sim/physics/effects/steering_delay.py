@@ -39,4 +39,5 @@ EFFECT = Effect(
     seen_as="yaw rate that answers late, with the same shape",
     source="definition",
     shows_in=("steered",),
+    also=("servo delay",),
 )

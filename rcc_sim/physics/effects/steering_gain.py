@@ -27,4 +27,5 @@ EFFECT = Effect(
     seen_as="yaw rate in proportion to steer, at every speed",
     source="definition",
     shows_in=("steered",),
+    also=("servo gain",),
 )

@@ -51,4 +51,5 @@ EFFECT = Effect(
     seen_as="yaw rate that rounds the corners of the steering command",
     source="definition; solved exactly for a command held over a tick",
     shows_in=("steered",),
+    also=("servo lag", "servo time constant"),
 )

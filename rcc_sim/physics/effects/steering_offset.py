@@ -27,4 +27,5 @@ EFFECT = Effect(
     seen_as="drift to one side, and counter-steering where somebody follows a path",
     source="definition",
     shows_in=("steered",),
+    also=("trim",),
 )

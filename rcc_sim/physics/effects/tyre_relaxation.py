@@ -53,4 +53,5 @@ EFFECT = Effect(
     seen_as="lateral force that lags the steer by a distance, not by a time",
     source="H. B. Pacejka, Tire and Vehicle Dynamics, 3rd ed., 2012, ch. 7; the slip "
     "loss then holds what the tyre's spring takes and gives back",
+    also=("relaxation length",),
 )

@@ -60,4 +60,5 @@ EFFECT = Effect(
     channels=("yaw_rate_radps", "accel_y_mps2"),
     seen_as="yaw rate and lateral acceleration that stop growing with steer",
     source="H. B. Pacejka, Tire and Vehicle Dynamics, 3rd ed., 2012, ch. 4",
+    also=("grip", "friction coefficient", "mu"),
 )

@@ -27,4 +27,5 @@ EFFECT = Effect(
     seen_as="true distance and speed that differ from the motor's by a factor",
     source="definition",
     shows_in=("turning",),
+    also=("tyre radius", "tire radius", "wheel diameter"),
 )

@@ -28,4 +28,5 @@ EFFECT = Effect(
     seen_as="yaw rate that follows quick steering sooner or later",
     source="definition",
     shows_in=("turning",),
+    also=("moment of inertia",),
 )

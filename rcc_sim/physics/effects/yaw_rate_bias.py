@@ -26,4 +26,5 @@ EFFECT = Effect(
     seen_as="a yaw rate at standstill, and the same on top of every other",
     source="definition; the sensor, not the car: it touches the log alone",
     sensor=True,
+    also=("gyro bias", "gyro offset", "imu bias"),
 )
