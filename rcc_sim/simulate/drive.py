@@ -379,4 +379,4 @@ def _road(
     if has(log, "slope"):
         s, first = np.unique(distance, return_index=True)
         return (s, _whole(log, time, "slope")[first]), distance
-    return surveyed_slope(distance, log["elevation_m"]), distance
+    return surveyed_slope(distance, log["elevation_m"], time), distance

@@ -2,15 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
+from rcc_sim.simulate.roughness import resolution
 from rcc_sim.simulate.smooth import pieces
 
 Array = NDArray[np.float64]
 
-CELLS, READINGS = 240, 8
+CELLS, READINGS = 1000, 8
 """Most cells that a road is cut into, and readings that each holds at least."""
+
+VISIT, SOONEST = 10.0, 1e-3
+"""Time for which readings in a cell count as one at most, and that after which the next
+are at least. [s]"""
+
+WANDERS = (1e-9, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1)
+"""Strengths of an altimeter's wander that are tried; the first is none. [m²/s]"""
+
+FINER = (0.5, 0.25)
+"""Decades by which the likeliest strength is found finer."""
+
+KNOWN = 1e6
+"""Times as sure as a reading is that the wander begins at nil."""
 
 STANDS = 0.8
 """Share of the readings that repeat the one before beyond which heights are rounded."""
@@ -22,69 +39,187 @@ STEP_SHARE = 0.1
 """Share of a step to which a height is known where it passes from one to the next."""
 
 
-def surveyed_slope(distance: Array, elevation: Array) -> tuple[Array, Array]:
-    """Slope [1] over distance [m] from elevations [m] that hold noise.
+def surveyed_slope(
+    distance: Array, elevation: Array, time: Array | None = None
+) -> tuple[Array, Array]:
+    r"""Slope [1] over distance [m] from elevations [m] that hold noise and wander.
 
-    The height is a twice integrated random walk whose strength is the likeliest for
-    these elevations; a flat road with a noisy survey comes out flat.
+    .. math:: h_i = z(s_i) + w(t_i) + e_i
+
+    The height z is a twice integrated random walk along the road; the altimeter's
+    wander w is a random walk in time, on the way as at rest. Their strengths are the
+    likeliest for these elevations: a flat road with a noisy survey comes out flat, and
+    of what a barometer makes up no slope is made. (What it takes to climb would fall
+    short of slopes that hold noise, as by a lighter car.)
+
+    Parameters
+    ----------
+    distance, elevation : ndarray, shape (n,)
+        At each row; NaN where not known. [m]
+    time : ndarray or None
+        Of each row; without it nothing wanders. [s]
 
     Returns
     -------
     distance, slope : ndarray, shape (k,)
         Middle of each cell [m], rise over run [1].
     """
-    from scipy.linalg import cho_solve_banded, cholesky_banded
-
+    when = np.zeros(len(distance)) if time is None else time
     ok = np.isfinite(distance) & np.isfinite(elevation)
-    s, h = distance[ok], elevation[ok]
+    s, h, t = distance[ok], elevation[ok], when[ok]
     sure, step_noise, each = np.ones(len(s)), 0.0, READINGS
     if is_rounded(s, h):
-        s, h, sure, step_noise = passed(s, h)
+        s, h, t, sure, step_noise = passed(s, h, t)
         each = 1
     length = float(s[-1] - s[0]) if len(s) else 0.0
     if len(s) < 10 or length <= 0:
         return np.zeros(1), np.zeros(1)
     edges, cell = cells(s, each)
-    k = len(edges) - 1
-    count = np.bincount(cell, sure, minlength=k)
-    used = count > 0
-    mean, place = (
-        np.bincount(cell, sure * x, minlength=k) / np.where(used, count, 1.0)
-        for x in (h, s)
-    )
-    noise2 = step_noise or within(cell, s, h, k)
-    bands = second_differences(k)
-    step = edges[1] - edges[0]
-    best = (-np.inf, mean)
-    # a car that waits in a cell was not in its middle: heights run straight between
-    where = (place - edges[0]) / step - 0.5
-    left = np.clip(np.floor(where), 0, k - 2).astype(int)
-    share = np.where(used, where - left, 0.0)
-    weight = count / noise2
-    seen = np.zeros((3, k))
-    np.add.at(seen[2], left, weight * (1 - share) ** 2)
-    np.add.at(seen[2], left + 1, weight * share**2)
-    np.add.at(seen[1], left + 1, weight * share * (1 - share))
-    b = np.zeros(k)
-    np.add.at(b, left, weight * (1 - share) * mean)
-    np.add.at(b, left + 1, weight * share * mean)
-    for strength in np.logspace(-6, 0, 25):
-        # second difference of height ~ N(0, q2)
-        q2 = (strength * step) ** 2
-        N = bands / q2 + seen
-        N[-1] += 1e-9 * weight.mean()
-        C = cholesky_banded(N)
-        x = cho_solve_banded((C, False), b)
-        there = (1 - share) * x[left] + share * x[left + 1]
-        fit = (count[used] * (mean[used] - there[used]) ** 2).sum() / noise2
-        rough = (np.diff(x, 2) ** 2).sum() / q2
-        value = -0.5 * (fit + rough) - np.log(C[-1]).sum() - (k - 2) / 2 * np.log(q2)
-        if value > best[0]:
-            best = (value, x)
+    visit = visits(cell, t)
+    noise2 = step_noise or within(visit, s, h, int(visit[-1]) + 1)
+    count = np.bincount(visit, sure)
+    place, height, then = (np.bincount(visit, sure * x) / count for x in (s, h, t))
+    off2 = noise2 / count + (0.0 if step_noise else undithered(h, noise2))
+    road = Road(edges, place, height, then, 1 / off2)
+    found = road.likeliest(WANDERS if time is not None else WANDERS[:1])
     middle = 0.5 * (edges[1:] + edges[:-1])
-    dh = np.diff(best[1])
+    dh, step = np.diff(found), edges[1] - edges[0]
     run = np.sqrt(np.maximum(step**2 - dh**2, 1e-12))
     return 0.5 * (middle[1:] + middle[:-1]), dh / run
+
+
+class Road:
+    """Heights of a road's cells, and how an altimeter wandered between its visits.
+
+    Parameters
+    ----------
+    edges : ndarray, shape (k + 1,)
+        Of the cells, evenly apart. [m]
+    place, height, time : ndarray, shape (m,)
+        Where [m] and when [s] each visit of a cell was, and what was read [m].
+    weight : ndarray, shape (m,)
+        One over the variance of that. [1/m²]
+    """
+
+    def __init__(
+        self, edges: Array, place: Array, height: Array, time: Array, weight: Array
+    ) -> None:
+        k, m = len(edges) - 1, len(place)
+        self.step = float(edges[1] - edges[0])
+        # a car that waits in a cell was not in its middle: heights run straight between
+        where = (place - edges[0]) / self.step - 0.5
+        left = np.clip(np.floor(where), 0, k - 2).astype(int)
+        share = where - left
+        # unknowns as they come along the road, so that equations hold few bands
+        order = np.argsort(np.concatenate([np.arange(k), left + 1.5]), kind="stable")
+        at = np.empty(k + m, dtype=int)
+        at[order] = np.arange(k + m)
+        z, w = at[:k], at[k:]
+        self.cells = z
+        sure, one = np.sqrt(weight), np.ones(k - 2)
+        later = 1 / np.sqrt(np.maximum(np.diff(time), SOONEST))
+        self.right = sure * height
+        self.reads, self.bends, self.moves = (
+            rows_of(terms, k + m)
+            for terms in (
+                [(z[left], sure * (1 - share)), (z[left + 1], sure * share), (w, sure)],
+                [(z[:-2], one), (z[1:-1], -2 * one), (z[2:], one)],
+                [(w[:-1], -later), (w[1:], later)],
+            )
+        )
+        # of height and wander one alone begins at nil
+        first = rows_of([(w[:1], np.sqrt(KNOWN * weight[:1]))], k + m)
+        self.normal = banded([self.reads, self.bends, self.moves, first])
+
+    def likeliest(self, wanders: Sequence[float]) -> Array:
+        """Return the heights [m] by the likeliest strengths, of these of the wander."""
+        tried = {
+            (q, d): self.solved(q, d) for d in wanders for q in np.logspace(-6, 0, 13)
+        }
+        q, d = max(tried, key=lambda one: tried[one][0])
+        for part in FINER:  # of the way to the next in the grid
+            near = [d] if d == wanders[0] else [d / 10**part, d, d * 10**part]
+            tried |= {
+                (x, y): self.solved(x, y)
+                for x in (q / 10 ** (part / 2), q, q * 10 ** (part / 2))
+                for y in near
+                if (x, y) not in tried
+            }
+            q, d = max(tried, key=lambda one: tried[one][0])
+        return tried[q, d][1]
+
+    def solved(self, strength: float, wander: float) -> tuple[float, Array]:
+        """Log-likelihood of two strengths, and the heights [m] by them.
+
+        Second differences of heights have the variance (strength * step)² [m²], those
+        of the wander after a time dt wander * dt.
+        """
+        from scipy.linalg import cho_solve_banded, cholesky_banded
+
+        q2 = (strength * self.step) ** 2
+        reads, bends, moves, first = self.normal
+        C = cholesky_banded(reads + bends / q2 + moves / wander + first)
+        x = cho_solve_banded((C, False), self.reads.T @ self.right)
+        off, bend, move = self.right - self.reads @ x, self.bends @ x, self.moves @ x
+        left = off @ off + bend @ bend / q2 + move @ move / wander
+        free = len(bend) * np.log(q2) + len(move) * np.log(wander)
+        value = -0.5 * (left + free) - np.log(C[-1]).sum()
+        return float(value), x[self.cells]
+
+
+def rows_of(terms: Sequence[tuple[Array, Array]], many: int) -> csr_array:
+    """Return a matrix of so ``many`` columns: in each row some, and what they hold."""
+    rows = np.tile(np.arange(len(terms[0][0])), len(terms))
+    columns, values = (np.concatenate(x) for x in zip(*terms, strict=True))
+    return csr_array((values, (rows, columns)), shape=(len(terms[0][0]), many))
+
+
+def banded(matrices: Sequence[csr_array]) -> list[Array]:
+    """Return A'A of some matrices in upper bands, of as many as the widest needs."""
+    products = [(A.T @ A).tocoo() for A in matrices]
+    width = max(int((p.col - p.row).max()) for p in products)
+    found = []
+    for p in products:
+        bands, up = np.zeros((width + 1, p.shape[0])), p.col >= p.row
+        bands[width + p.row[up] - p.col[up], p.col[up]] = p.data[up]
+        found.append(bands)
+    return found
+
+
+def undithered(height: Array, noise2: float) -> float:
+    r"""Variance [m²] that a mean of rounded heights keeps, however many they are.
+
+    .. math:: \frac{q^2}{2 \pi^2} e^{-4 \pi^2 \sigma^2 / q^2}
+
+    of the first harmonic of what rounding to steps q errs by, beside a noise σ; about
+    such means readings scatter by the rest (``noise2``) of σ² + q²/12. [1]_
+
+    References
+    ----------
+    .. [1] B. Widrow, I. Kollár, Quantization Noise, Cambridge, 2008, ch. 4, 19.
+    """
+    from scipy.optimize import brentq
+
+    q = resolution(height)
+    if q == 0.0:
+        return 0.0
+    scatter = noise2 / q**2
+
+    def kept(noise: float) -> float:
+        return float(np.exp(-4 * np.pi**2 * noise) / (2 * np.pi**2))
+
+    def beyond(noise: float) -> float:
+        return noise + 1 / 12 - kept(noise) - scatter
+
+    noise = brentq(beyond, 0.0, scatter + 1) if beyond(0.0) < 0 else 0.0
+    return q**2 * kept(noise)
+
+
+def visits(cell: NDArray[np.int_], time: Array) -> NDArray[np.int_]:
+    """Return which visit of a cell each row is of, each ``VISIT`` long at most."""
+    part = np.floor((time - time[0]) / VISIT)
+    other = (np.diff(cell, prepend=cell[:1]) != 0) | (np.diff(part, prepend=0.0) != 0)
+    return np.asarray(np.cumsum(other))
 
 
 def cells(s: Array, each: int) -> tuple[Array, NDArray[np.int_]]:
@@ -113,8 +248,8 @@ def is_rounded(s: Array, h: Array) -> bool:
     return wander < float(np.abs(steps).min()) ** 2 / 12
 
 
-def passed(s: Array, h: Array) -> tuple[Array, Array, Array, float]:
-    """Return where heights that are rounded pass from one step to the next.
+def passed(s: Array, h: Array, t: Array) -> tuple[Array, Array, Array, Array, float]:
+    """Return where, at what height and when rounded ones pass from step to step.
 
     There they are half-way. Between two such places a reading says no more than that
     none was passed: all along it is within half a step of the road. Also returns how
@@ -122,15 +257,20 @@ def passed(s: Array, h: Array) -> tuple[Array, Array, Array, float]:
     """
     at = np.flatnonzero(np.diff(h) != 0)
     step = float(np.min(np.abs(np.diff(h)[at])))
-    ends = np.concatenate([[s[0]], 0.5 * (s[at] + s[at + 1]), [s[-1]]])
+    ends, then = (
+        np.concatenate([x[:1], 0.5 * (x[at] + x[at + 1]), x[-1:]]) for x in (s, t)
+    )
     stands = np.concatenate([h[at], h[-1:]])
-    long = np.diff(ends)
-    among, each = pieces(long)
-    place = np.concatenate([ends[1:-1], ends[among] + each * long[among]])
+    among, each = pieces(np.diff(ends))
+    place, time = (
+        np.concatenate([x[1:-1], x[among] + each * np.diff(x)[among]])
+        for x in (ends, then)
+    )
     height = np.concatenate([0.5 * (h[at] + h[at + 1]), stands[among]])
     sure = np.concatenate([np.ones(len(at)), np.full(len(each), 12 * STEP_SHARE**2)])
     order = np.argsort(place, kind="stable")
-    return place[order], height[order], sure[order], (STEP_SHARE * step) ** 2
+    noise2 = (STEP_SHARE * step) ** 2
+    return place[order], height[order], time[order], sure[order], noise2
 
 
 def within(cell: NDArray[np.int_], s: Array, h: Array, k: int) -> float:
@@ -144,13 +284,3 @@ def within(cell: NDArray[np.int_], s: Array, h: Array, k: int) -> float:
     left = rise.sum() - (across[sloped] ** 2 / along[sloped]).sum()
     free = len(h) - len(np.unique(cell)) - int(sloped.sum())
     return max(float(left) / max(free, 1), 1e-12)
-
-
-def second_differences(k: int) -> Array:
-    """Return D'D in upper bands, shape (3, k), D taking second differences of k."""
-    ones = np.ones(k - 2)
-    bands = np.zeros((3, k))
-    bands[2] = np.convolve(ones, [1.0, 4.0, 1.0])
-    bands[1, 1:] = np.convolve(ones, [-2.0, -2.0])
-    bands[0, 2:] = ones
-    return bands

@@ -36,6 +36,19 @@ LITTLE = 1e-6
 ROUNDING = 1e-9
 """Share of a channel's size below which a difference is none."""
 
+DUST = 1e-5
+"""The same of what other units and few digits leave of one: 0.1 km/h with five decimals
+of a metre per second."""
+
+LEAST, STEPS_WIDE, STEPPED = 0.02, 6.0, 0.9
+"""Share of a channel's changes below which the least is sought of which the others are
+multiples; multiples that are looked at; and the share of them that must be whole within
+``WHOLE``: of changes of any size it would be a fifth."""
+
+BLURS = 0.07
+"""Size of what a resolution makes of a change from row to row, in times that change,
+from which on it matters: a mass is then told half a per cent too small (its square)."""
+
 
 def sensor_noise(x: Array) -> float:
     """Noise [unit of x] of a sampled signal, from its second differences.
@@ -47,9 +60,34 @@ def sensor_noise(x: Array) -> float:
     if len(d2) < 3:
         return 0.0
     noise = 1.4826 * float(np.median(np.abs(d2))) / 6**0.5
-    steps = np.abs(d2)
-    steps = steps[steps > ROUNDING * float(np.nanmax(np.abs(x)))]
-    return max(noise, float(steps.min()) / 3 if len(steps) else 0.0)
+    return max(noise, resolution(x) / 3)
+
+
+def resolution(x: Array) -> float:
+    """Return the steps [unit of x] of which all changes from row to row are multiples.
+
+    0 where they are not: a signal of full digits, or whose noise hides them.
+    """
+    v = x[np.isfinite(x)][:ROWS]
+    change = np.abs(np.diff(v))
+    change = np.sort(change[change > DUST * np.abs(v).max(initial=0.0)])
+    if len(change) < FEW:
+        return 0.0
+    least = change[int(LEAST * len(change))]
+    near = change[(change > least * (1 - WHOLE)) & (change < ONE_STEP * least)]
+    step = float(np.median(near))
+    times = change[change < STEPS_WIDE * step] / step
+    whole = np.abs(times - np.round(times)) < WHOLE
+    return step if bool(np.mean(whole) > STEPPED) else 0.0
+
+
+def is_coarse(speed: Array) -> bool:
+    """Tell whether its resolution blurs a speed's changes from row to row."""
+    v = speed[np.isfinite(speed)][:ROWS]
+    if len(v) < 2:
+        return False
+    blur = resolution(v) / 6**0.5  # of a difference of two
+    return bool(blur > BLURS * np.sqrt(np.mean(np.diff(v) ** 2)))
 
 
 def noise_of(speed: Array) -> float:

@@ -7,7 +7,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.simulate.roughness import is_rough, noise_of, rounded_to, sensor_noise
+from rcc_sim.simulate.roughness import (
+    is_coarse,
+    is_rough,
+    noise_of,
+    rounded_to,
+    sensor_noise,
+)
 from rcc_sim.simulate.spans import ENOUGH, LONG, nats_for_means
 
 Array = NDArray[np.float64]
@@ -97,7 +103,7 @@ def smoothed(
     step = rounded_to(speed)
     if step:
         told, noise = passed(speed), PASSING * step
-    elif not is_rough(speed):
+    elif not (is_rough(speed) or is_coarse(speed)):
         whole = np.interp(time, time[known], speed[known])
         return Smoothed(whole, np.zeros(len(time)))
     else:

@@ -9,7 +9,7 @@ from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import replay
-from rcc_sim.simulate.roughness import rounded_to
+from rcc_sim.simulate.roughness import is_coarse, resolution, rounded_to
 from rcc_sim.simulate.smooth import smoothed
 from rcc_sim.trace import Trace
 
@@ -79,3 +79,40 @@ def test_digits_of_a_file_are_no_rounding(step):
     t = np.arange(0, 60, 0.1)
     speed = np.round(np.minimum(1.5 * t, 20.0) / step) * step
     assert rounded_to(speed) == 0.0
+
+
+@pytest.mark.parametrize("rate", [5.0, 10.0, 20.0])
+@pytest.mark.parametrize("digits", [3, 5, 12])
+def test_a_speed_of_tenths_of_a_kmh_asks_for_the_acceleration_that_there_was(
+    rate, digits
+):
+    """What its steps add to the acceleration would lighten the car by their square."""
+    log = driven(rate, 0.1 * KMH, noise=0.003)
+    fine = driven(rate, 1e-9, noise=0.0)["speed_mps"]
+    time, seen = log["time_s"], np.round(log["speed_mps"], digits)
+    step = resolution(seen)
+    assert step == pytest.approx(0.1 * KMH, rel=0.01)
+    under_way = fine[1:] > 0.5
+    known = np.diff(smoothed(time, seen).speed)[under_way]
+    true, raw = np.diff(fine)[under_way], np.diff(seen)[under_way]
+    assert true @ known / (known @ known) == pytest.approx(1.0, abs=0.005)
+    lightened = 1 - true @ raw / (raw @ raw)
+    assert lightened == pytest.approx(step**2 / 6 / np.mean(raw**2), rel=0.3)
+
+
+@pytest.mark.parametrize("name", ["udds", "us06", "hwfet", "nycc", "wltc_3b"])
+def test_the_rounding_of_a_schedule_is_too_little_to_smooth(name):
+    cycle = parse_cycle(name)
+    assert not is_coarse(cycle.speed_mps)
+    assert np.array_equal(smoothed(cycle.time_s, cycle.speed_mps)[0], cycle.speed_mps)
+
+
+def test_only_what_is_rounded_has_a_resolution():
+    rng = np.random.default_rng(5)
+    t = np.arange(0, 100, 0.1)
+    wave = 10 + 5 * np.sin(t)
+    noisy = wave + rng.normal(0, 0.2, len(t))
+    assert resolution(wave) == resolution(noisy) == resolution(0 * t) == 0.0
+    assert resolution(t[:3]) == 0.0
+    gone = np.where(rng.random(len(t)) < 0.1, np.nan, np.round(noisy, 1))
+    assert resolution(gone) == pytest.approx(0.1)
