@@ -112,7 +112,18 @@ def smoothed(
     felt = None
     if accel is not None:
         felt = felt_as(time, told, accel, noise=noise, means=means)
-    return without_noise(time, told, noise, felt=felt, jerk=jerk)
+    calm = without_noise(time, told, noise, felt=felt, jerk=jerk)
+    moves = ~stands(speed)
+    return Smoothed(moves * calm.speed, moves * calm.accel, calm.smear)
+
+
+def stands(speed: Array) -> NDArray[np.bool_]:
+    """Return the rows at which a speed is nil, and was, and will be.
+
+    A car that creeps by what smoothing leaves there would have to be driven.
+    """
+    nil = np.pad(speed == 0, 1, mode="edge")
+    return np.asarray(nil[:-2] & nil[1:-1] & nil[2:])
 
 
 def without_noise(

@@ -116,3 +116,16 @@ def test_only_what_is_rounded_has_a_resolution():
     assert resolution(t[:3]) == 0.0
     gone = np.where(rng.random(len(t)) < 0.1, np.nan, np.round(noisy, 1))
     assert resolution(gone) == pytest.approx(0.1)
+
+
+def test_a_car_that_stands_takes_its_auxiliaries_and_no_more():
+    """What smoothing leaves of a speed there would creep, and creeping takes torque."""
+    log = driven(5.0, 0.1 * KMH, noise=0.003)
+    nil = log["speed_mps"] == 0
+    stands = nil[:-3] & nil[1:-2] & nil[2:-1] & nil[3:]
+    assert stands.sum() > 100
+    found = replay(CAR, drive_of(log, CAR))
+    power = found["battery_power_w"][2:-1][stands]
+    load = CAR.effects["auxiliary_load"]["power_w"].value
+    assert np.abs(found["motor_torque_nm"][2:-1][stands]).max() == 0.0
+    assert power == pytest.approx(load, rel=0.01)
