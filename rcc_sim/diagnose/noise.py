@@ -292,8 +292,9 @@ def fit_whitener(
     unit = float(np.sqrt(share[0])) or 1.0
     size, scale = sigma * unit, scale / unit
     if size < least:  # how a model errs that is as exact as this, nobody knows
-        memory = memory * (size / least) ** 2
-        scale, size = np.maximum(scale * size / least, 1.0), least
+        scale, size = scale * size / least, least
+        memory = memory * float(np.mean(np.minimum(scale[valid], 1.0) ** 2))
+        scale = np.maximum(scale, 1.0)
     if edges == [0]:
         return drifting(raw, scale * size, valid)
     return Whitener(scale, memory, edges, size, valid)

@@ -158,7 +158,10 @@ class Road:
 
         q2 = (strength * self.step) ** 2
         reads, bends, moves, first = self.normal
-        C = cholesky_banded(reads + bends / q2 + moves / wander + first)
+        try:
+            C = cholesky_banded(reads + bends / q2 + moves / wander + first)
+        except np.linalg.LinAlgError:  # stiffer than numbers have digits
+            return -np.inf, np.zeros(len(self.cells))
         x = cho_solve_banded((C, False), self.reads.T @ self.right)
         off, bend, move = self.right - self.reads @ x, self.bends @ x, self.moves @ x
         left = off @ off + bend @ bend / q2 + move @ move / wander

@@ -174,3 +174,17 @@ def test_rest_is_known_where_every_other_row_is_lost():
     by = rested(e, stands, 10.0, np.arange(ROWS) % 2 == 0)
     variance = (by.scale * by.sigma)[stands & by.valid] ** 2
     assert np.sqrt(variance.min()) == pytest.approx(0.3, rel=0.15)
+
+
+def test_a_floor_below_most_rows_leaves_their_memory():
+    """It lifts what little there is at rest: the rest remembers as it did."""
+    rng = np.random.default_rng(3)
+    grows = np.where(np.arange(6000) % 600 < 60, 0.0, 1.0)
+    steps, e = rng.normal(0, 1.0, 6000), np.zeros(6000)
+    for i in range(1, 6000):
+        e[i] = 0.7 * e[i - 1] + steps[i]
+    e = np.where(grows > 0, e, rng.normal(0, 0.01, 6000))
+    known = e, np.ones(6000, bool), [grows], [0, 1, 2, 4]
+    free, floored = fit_whitener(*known), fit_whitener(*known, 0.1)
+    assert floored.memory == pytest.approx(free.memory, rel=0.15, abs=0.05)
+    assert floored.memory[0] > 0.55

@@ -92,3 +92,14 @@ def test_short_hills_on_a_long_way_are_found():
     height = 0.015 * 400.0 / (2 * np.pi) * np.sin(2 * np.pi * s / 400.0)
     found = np.interp(s, *surveyed_slope(s, height, time))
     assert np.std(found - slope) < 0.06 * np.std(slope)
+
+
+@pytest.mark.parametrize("noise", [1e-4, 1e-3, 0.02])
+@pytest.mark.parametrize("length", [30.0, 150.0, 5000.0])
+def test_a_level_road_of_any_length_is_level(length, noise):
+    time = np.arange(0.0, 75.0, 0.01)
+    s = length / 75.0 * time
+    for seed in range(4):
+        seen = np.random.default_rng(seed).normal(0.0, noise, len(s))
+        _, slope = surveyed_slope(s, np.round(seen, 5), time)
+        assert np.abs(slope).max() < 0.5 * noise / length + 2e-6
