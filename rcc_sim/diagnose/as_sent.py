@@ -24,8 +24,9 @@ def as_sent(
     A command that runs straight from row to row leads one that holds by half a row; and
     so do flows that are samples such as are means since the row before. A motor or a
     steering that is late, or slow, may seem to hold it: where the vehicle as it is
-    stated likes it better so, and does with what was found, all is explained once more,
-    and the likelier explanation stands. A cause fewer is worth what one must gain.
+    stated likes it better so, and may do with what was found, or less, all is explained
+    once more, and the likelier explanation stands. A cause fewer is worth what one must
+    gain.
     """
     ways = list(zip(*(held(p.drive) for p in engine.problems), strict=False))
     others = engine.each(partial(with_drives, engine), ways)
@@ -36,7 +37,7 @@ def as_sent(
     best, acting = others[which], found.engine
     with_causes = with_drives(acting, [held(p.drive)[which] for p in acting.problems])
     now = descent.fit(with_causes, found.fit.values, found.fit.knobs)
-    if now.score <= found.fit.score:
+    if now.score + ENOUGH * len(found.causes) <= found.fit.score:
         return engine, found
     again = explained(best)
     fewer = len(found.causes) - len(again.causes)

@@ -13,6 +13,7 @@ from rcc_sim.diagnose.knobs import BIAS, delay_knobs, scale_key
 from rcc_sim.diagnose.lateness import battery_channel
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.shapes import ALTIMETER, SCALE
+from rcc_sim.diagnose.terminals import RESISTANCE, VOLTAGE
 from rcc_sim.diagnose.verdict import TOLERATED
 from rcc_sim.simulate.drive import is_on_stand
 
@@ -120,6 +121,23 @@ def without_bends(problem: Problem, causes: Sequence[Cause]) -> tuple[Finding, .
             "is not logged, nor steering: the model drives straight, and what bends "
             "take passes for a drag",
             action="log either, where the drive has bends",
+        ),
+    )
+
+
+def unjudged(problem: Problem, causes: Sequence[Cause]) -> tuple[Finding, ...]:
+    """Return what to say of a voltage that tells nothing, where no cause was found."""
+    if causes or VOLTAGE not in problem.log or VOLTAGE in problem.channels:
+        return ()
+    if RESISTANCE not in problem.vehicle.figures():
+        return ()
+    return (
+        Finding(
+            "not_judged",
+            VOLTAGE,
+            "is not judged beside a resistance that the file states: "
+            "open_circuit_voltage_v has an sd, or is not stated",
+            action="a resistance that has grown shows where it is stated without one",
         ),
     )
 

@@ -32,7 +32,13 @@ from rcc_sim.diagnose.engine import MEMORY, Engine
 from rcc_sim.diagnose.experiment import next_experiments
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.hold_out import leave_shaft, proof
-from rcc_sim.diagnose.misread import behind, misread, wandering, without_bends
+from rcc_sim.diagnose.misread import (
+    behind,
+    misread,
+    unjudged,
+    wandering,
+    without_bends,
+)
 from rcc_sim.diagnose.posed import problem_of
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.pulls import moved, moved_together
@@ -178,6 +184,7 @@ def diagnose(
                 *wandering(wanders, i, accelerometer=FELT in problems[i].channels),
                 *disagreeing(acting, fit, i),
                 *without_bends(problems[i], causes),
+                *unjudged(problems[i], causes),
             ),
         )
         for i, g in enumerate(gaps)

@@ -30,7 +30,10 @@ AS_A_DRAG = {
 """Cause that varies -> what may be in its place."""
 
 
-CONTRADICTED = ("misread", "late", "wander", "may_wander", "disagrees", "no_bends")
+CONTRADICTED = (
+    *("misread", "late", "wander", "may_wander", "disagrees"),
+    *("no_bends", "not_judged"),
+)
 """Kinds of findings that a fit has about a log."""
 
 

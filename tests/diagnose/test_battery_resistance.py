@@ -1,5 +1,7 @@
 """A battery whose file states no resistance: how much it has is told by its voltage."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.candidates import candidates_for
 from rcc_sim.diagnose.compete import compete
 from rcc_sim.diagnose.engine import Engine
+from rcc_sim.diagnose.misread import unjudged
 from rcc_sim.diagnose.posed import problem_of
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.errors import InputError
@@ -126,3 +129,21 @@ def test_a_voltage_alone_says_nothing_where_what_it_would_be_at_rest_is_not_know
     assert problem_of(log, car).channels == ()
     with pytest.raises(InputError, match="no channel by which"):
         diagnose([Logged(log, (), None)], car)
+
+
+def test_a_voltage_that_is_not_judged_is_told_where_no_cause_is_found():
+    base = load_vehicle("rcc")
+    log = commanded(base, 0.0, 0.01)
+    doubtful = base.changed(
+        effects={"battery_resistance": {"resistance_ohm": RESISTANCE}}
+    )
+    exact = {"battery.open_circuit_voltage_v": 11.1}
+    cause = SimpleNamespace(effect="payload", tied=())
+
+    def said(car, *causes):
+        return [f.kind for f in unjudged(problem_of(log, car), causes)]
+
+    assert said(doubtful) == ["not_judged"]
+    assert not said(doubtful, cause)
+    assert not said(base)
+    assert not said(doubtful.changed(settings=exact))
