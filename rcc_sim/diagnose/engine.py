@@ -29,7 +29,7 @@ from rcc_sim.diagnose.problem import MIN_ROWS, Problem
 from rcc_sim.diagnose.shapes import added_by
 from rcc_sim.errors import InputError
 from rcc_sim.jit import threads
-from rcc_sim.simulate.roughness import is_rough
+from rcc_sim.simulate.roughness import is_rough, resolution
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -89,7 +89,10 @@ class Engine:
                 noisy = (
                     is_rough(p.log[c]) or INEXACT * most < noise_at_rest(p.log, c) < inf
                 )
-                self.least.append((INEXACT if noisy else NOISELESS) * most)
+                rounding = resolution(p.log[c]) / 12**0.5
+                self.least.append(
+                    max((INEXACT if noisy else NOISELESS) * most, rounding)
+                )
                 edges = lag_edges(1 / p.row, MEMORY, len(t))
                 self.edges.append([] if counts else edges)
                 told = c in GIVEN and p.drive.imposed and p.charge is None

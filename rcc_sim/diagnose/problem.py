@@ -25,6 +25,7 @@ from rcc_sim.diagnose.terminals import (
     compared,
     flowed,
     metered,
+    tells,
 )
 from rcc_sim.physics.effects import neutral_of
 from rcc_sim.physics.step import SLIP_BLEND
@@ -318,6 +319,8 @@ class Problem:
         ok[0] = False
         if channel == "speed_mps":
             ok &= ~self.parked
+        if channel == VOLTAGE:
+            ok &= tells(self.log[channel])
         if channel in HELD and self.drive.imposed:
             ok &= ~stands(self.speed, Scale.of(self.vehicle))
         return ok & self._rolling if channel in LATERAL else ok

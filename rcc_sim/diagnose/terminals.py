@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from rcc_sim.analyse.gap_regimes import moving_mean, rows_in
 from rcc_sim.analyse.offsets import noise_at_rest, noise_of
 from rcc_sim.definitions.vehicle import Vehicle
+from rcc_sim.simulate.roughness import rounded_to
 from rcc_sim.trace import Trace
 
 Array = NDArray[np.float64]
@@ -22,6 +23,9 @@ RESISTANCE = "effects.battery_resistance.resistance_ohm"
 
 STEADY = 1.0
 """Time over which a current's noise is evened out. [s]"""
+
+NEAR = 3
+"""Rows at either end of a stand at which a rounded voltage tells how long it is."""
 
 
 def compared(found: list[str], vehicle: Vehicle, *, by_charge: bool) -> list[str]:
@@ -52,6 +56,22 @@ def knows_voltage(vehicle: Vehicle) -> bool:
     """
     stated = vehicle.battery.open_circuit_voltage_v
     return stated is not None and stated.sd == 0.0
+
+
+def tells(voltage: Array) -> NDArray[np.bool_]:
+    """Return the rows at which a rounded voltage tells something of its own.
+
+    While it stands at a step all its readings err alike: those near either end count,
+    and one between. All do where it is not rounded.
+    """
+    if not rounded_to(voltage):
+        return np.ones(len(voltage), dtype=bool)
+    at = np.flatnonzero(np.diff(voltage) != 0) + 1
+    first, end = np.append(0, at), np.append(at, len(voltage))
+    stand = np.repeat(np.arange(len(first)), end - first)
+    row = np.arange(len(voltage))
+    near = np.minimum(row - first[stand], end[stand] - 1 - row) < NEAR
+    return np.asarray(near | (row == ((first + end) // 2)[stand]))
 
 
 def flowed(log: Trace, beside: Array, metered: float) -> Array:
