@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from math import isfinite
-
 import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.analyse.gap_regimes import moving_mean, rows_in
 from rcc_sim.analyse.offsets import noise_at_rest, noise_of
 from rcc_sim.definitions.vehicle import Vehicle
-from rcc_sim.simulate.roughness import rounded_to
+from rcc_sim.simulate.roughness import rounded_to, sensor_noise
 from rcc_sim.trace import Trace
 
 Array = NDArray[np.float64]
@@ -88,8 +86,9 @@ def flowed(log: Trace, beside: Array, metered: float) -> Array:
 def metered(log: Trace, predicted: Array) -> float:
     """Share of what is fast in the current beside the model's that is noise.
 
-    As much as the meter scatters at rest.
+    As much as the meter scatters at rest; where the vehicle hardly ever stands, as what
+    it reads bends from row to row, if that is less.
     """
-    noise = noise_at_rest(log, CURRENT)
+    noise = min(noise_at_rest(log, CURRENT), sensor_noise(log[CURRENT]))
     fast = noise_of(np.diff(log[CURRENT] - predicted))
-    return min(noise / fast, 1.0) ** 2 if fast > 0 and isfinite(noise) else 0.0
+    return min(noise / fast, 1.0) ** 2 if fast > 0 else 0.0
