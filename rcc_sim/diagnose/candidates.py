@@ -10,17 +10,22 @@ import numpy as np
 
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.direct import FELT
-from rcc_sim.diagnose.problem import RECALLS, Problem
+from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.shapes import BEYOND_SHAFT
+from rcc_sim.diagnose.sizes import size_of
 from rcc_sim.errors import InputError
 from rcc_sim.physics.effect import Effect, Param, meant
-from rcc_sim.units import G, unit_of
+from rcc_sim.units import unit_of
 
 LIKELY = 5.0
 """Strength that is tried first, in small changes of its unit."""
 
 USUAL = 50.0
 """Largest strength that is usual, in small changes of its unit."""
+
+WITHIN_ROW = 0.5
+"""Rows by which it is not known when a command acts: what is late, or slow, by less is
+no more than that."""
 
 WEATHER = "m/s"
 """Unit of a figure that does not grow with the vehicle: a wind is as it is."""
@@ -39,18 +44,9 @@ are."""
 LIMITS = 6
 """Strengths that are tried of a limit."""
 
-SMEARED, BLURRED = 2.0, 0.5
-"""Rows, and times the smear of a noisy speed, over which the acceleration of an imposed
-drive is not known: a delay of less is none. One of a row was named where a cycle was
-driven corner by corner, and of 0.2 to 0.45 times the smear where there was none."""
-
-LATE = 0.25
-"""Share of the time in which the model comes to the measured speed by which that must
-be late to be told, where commands drive: less is like any error of when they act."""
-
-SHORTEST_CLOCK, ANGLE = 0.01, 0.1
-"""Shortest time between two orders that a log may tell [s]; and the angle of the wheels
-whose shares are tried where none was asked [rad]."""
+BLURRED = 0.5
+"""The same in times the smear of a noisy speed: delays of 0.2 to 0.45 times that were
+named where there was none."""
 
 WITHIN = 5.0
 """Factor within which a stated figure of the car itself lies: what asks for more is not
@@ -314,6 +310,8 @@ def search_of(problem: Problem, effect: Effect, param: Param) -> Search:
         first = 1.1 * neutral
     else:
         first = sqrt(max(a, 1e-9) * b) if small is None else LIKELY * small
+    if unit_of(param.name) == "s" and param.acts == "":
+        least = WITHIN_ROW * problem.row
     most = max(abs(a - param.neutral), abs(b - param.neutral))
     if small is not None and unit_of(param.name) != WEATHER:
         most = USUAL * small
@@ -360,39 +358,3 @@ def grid_of(problem: Problem, param: Param) -> tuple[float, ...]:
         return ()
     grid = tuple(per * x for x in sought.tried)
     return tuple(x for x in grid if x <= sought.longest) or grid[:1]
-
-
-def size_of(problem: Problem, of: str) -> float:
-    """What strengths are shares of, in a drive; 0 where it has no such thing."""
-    vehicle, drive = problem.vehicle, problem.nominal
-    match of:
-        case "mass":
-            return vehicle.body.mass_kg.value
-        case "weight":
-            return vehicle.body.mass_kg.value * G
-        case "wheelbase":
-            return vehicle.wheelbase
-        case "row":
-            return problem.row * (SMEARED if problem.drive.imposed else 1.0)
-        case "speed":
-            drawn = 0.0 if problem.drive.imposed else LATE * RECALLS[0]
-            return max(size_of(problem, "row"), drawn)
-        case "clock":
-            return max(size_of(problem, "row"), SHORTEST_CLOCK)
-        case "motor_speed":
-            return float(np.nanmax(drive["motor_speed_radps"]))
-        case "steering":
-            return float(np.nanmax(np.abs(problem.log["steer_cmd_rad"]))) or ANGLE
-        case "motor_current":
-            return most_asked(problem, "motor_current_a", 1.0)
-        case "braking_current":
-            return most_asked(problem, "motor_current_a", -1.0)
-        case "braking_torque":
-            return most_asked(problem, "motor_torque_nm", -1.0)
-    return 1.0
-
-
-def most_asked(problem: Problem, column: str, sign: float) -> float:
-    """Most that a drive asked of a current or a torque, in the model or in the log."""
-    columns = (c[column] for c in (problem.nominal, problem.log) if column in c)
-    return max((float(np.nanmax(sign * x)) for x in columns), default=0.0)

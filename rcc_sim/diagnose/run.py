@@ -22,7 +22,7 @@ from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.as_felt import as_felt
 from rcc_sim.diagnose.as_sent import as_sent
 from rcc_sim.diagnose.by_log import allowed_of, each_log, noise_of
-from rcc_sim.diagnose.candidates import candidates_for, size_of
+from rcc_sim.diagnose.candidates import candidates_for
 from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.compete import Explanation, compete
 from rcc_sim.diagnose.dense import rows_to_one, thinned, with_fewer_rows
@@ -43,6 +43,7 @@ from rcc_sim.diagnose.posed import problem_of
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.pulls import moved, moved_together
 from rcc_sim.diagnose.remainder import clearest, remainder, with_cut
+from rcc_sim.diagnose.sizes import size_of
 from rcc_sim.diagnose.sums import with_all_figures
 from rcc_sim.diagnose.ties import settled
 from rcc_sim.diagnose.tips import no_surer

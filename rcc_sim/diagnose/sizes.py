@@ -1,0 +1,56 @@
+"""What strengths may be stated as shares of: a mass, a row, a current of the drive."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rcc_sim.diagnose.problem import RECALLS, Problem
+from rcc_sim.units import G
+
+SMEARED = 2.0
+"""Rows over which the acceleration of an imposed drive is not known: a delay of less is
+none. One of a row was named where a cycle was driven corner by corner."""
+
+LATE = 0.25
+"""Share of the time in which the model comes to the measured speed by which that must
+be late to be told, where commands drive: less is like any error of when they act."""
+
+SHORTEST_CLOCK, ANGLE = 0.01, 0.1
+"""Shortest time between two orders that a log may tell [s]; and the angle of the wheels
+whose shares are tried where none was asked [rad]."""
+
+
+def size_of(problem: Problem, of: str) -> float:
+    """What strengths are shares of, in a drive; 0 where it has no such thing."""
+    vehicle, drive = problem.vehicle, problem.nominal
+    match of:
+        case "mass":
+            return vehicle.body.mass_kg.value
+        case "weight":
+            return vehicle.body.mass_kg.value * G
+        case "wheelbase":
+            return vehicle.wheelbase
+        case "row":
+            return problem.row * (SMEARED if problem.drive.imposed else 1.0)
+        case "speed":
+            drawn = 0.0 if problem.drive.imposed else LATE * RECALLS[0]
+            return max(size_of(problem, "row"), drawn)
+        case "clock":
+            return max(size_of(problem, "row"), SHORTEST_CLOCK)
+        case "motor_speed":
+            return float(np.nanmax(drive["motor_speed_radps"]))
+        case "steering":
+            return float(np.nanmax(np.abs(problem.log["steer_cmd_rad"]))) or ANGLE
+        case "motor_current":
+            return most_asked(problem, "motor_current_a", 1.0)
+        case "braking_current":
+            return most_asked(problem, "motor_current_a", -1.0)
+        case "braking_torque":
+            return most_asked(problem, "motor_torque_nm", -1.0)
+    return 1.0
+
+
+def most_asked(problem: Problem, column: str, sign: float) -> float:
+    """Most that a drive asked of a current or a torque, in the model or in the log."""
+    columns = (c[column] for c in (problem.nominal, problem.log) if column in c)
+    return max((float(np.nanmax(sign * x)) for x in columns), default=0.0)
