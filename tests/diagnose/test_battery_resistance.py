@@ -14,6 +14,7 @@ from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.misread import unjudged
 from rcc_sim.diagnose.posed import problem_of
 from rcc_sim.diagnose.run import diagnose
+from rcc_sim.diagnose.terminals import metered, tells
 from rcc_sim.errors import InputError
 from rcc_sim.simulate.run import LaneChanges, simulate
 from rcc_sim.trace import Trace
@@ -51,7 +52,7 @@ def test_a_resistance_is_found_where_the_current_is_better_known_than_the_drive(
     assert value == pytest.approx(RESISTANCE, rel=0.03)
 
 
-def commanded(car, fall, noise):
+def commanded(car, fall, noise, ohm=RESISTANCE):
     """A scaled drive, and what its battery's meters say: V = V_oc(charge) - R I.
 
     The terminals give the power that the model asks for; V solves V (V_oc - V) = R P.
@@ -63,7 +64,7 @@ def commanded(car, fall, noise):
     power, rows = run["battery_power_w"], len(run)
     taken = np.cumsum(power) / np.cumsum(power).max()
     ocv = car.battery.open_circuit_voltage_v.value * (1.01 - fall * taken)
-    volts = (ocv + np.sqrt(ocv**2 - 4 * RESISTANCE * power)) / 2
+    volts = (ocv + np.sqrt(ocv**2 - 4 * ohm * power)) / 2
     columns = ("time_s", "speed_ref_mps", "steer_cmd_rad")
     log = {c: run[c] for c in columns}
     sds = {"speed_mps": 0.005, "yaw_rate_radps": 0.01, "accel_x_mps2": 0.1}
@@ -147,3 +148,40 @@ def test_a_voltage_that_is_not_judged_is_told_where_no_cause_is_found():
     assert not said(doubtful, cause)
     assert not said(base)
     assert not said(doubtful.changed(settings=exact))
+
+
+@pytest.mark.parametrize(("step", "off"), [(0.05, 0.04), (0.1, 0.12)])
+def test_a_voltage_in_coarse_steps_tells_the_resistance_as_well(step, off):
+    """It stands at a step for many rows, which then err alike."""
+    car, ohm = load_vehicle("rcc"), 0.3
+    log = commanded(car, 0.0, 0.01, ohm)
+    rng = np.random.default_rng(7)
+    volts = log["battery_voltage_v"] + rng.normal(0, 0.015, len(log))
+    log.columns["battery_voltage_v"] = step * np.round(volts / step)
+    assert np.mean(np.diff(log["battery_voltage_v"]) == 0) > 0.6
+    value, _ = told_by(car, log)
+    assert value == pytest.approx(ohm, rel=off)
+
+
+def test_of_a_stand_its_ends_and_middle_tell():
+    volts = np.array([*[12.0] * 20, *[12.1] * 9, *[12.2] * 2, *[12.1] * 30] * 9)
+    told = tells(volts)
+    assert told[:20].sum() == 7 and told[[0, 2, 10, 17, 19]].all() and not told[3]
+    assert told[20:29].sum() == 7 and told[29:31].all()
+    smooth = np.linspace(12.0, 11.0, 500)
+    assert tells(smooth).all()
+
+
+def test_a_meter_s_noise_is_known_without_a_stand():
+    """What a model's current does not do from row to row, and the readings do."""
+    rng = np.random.default_rng(8)
+    t = np.arange(0.0, 60.0, 0.01)
+    true = 2.0 + np.sin(1.3 * t)
+    log = Trace({
+        "time_s": t,
+        "speed_mps": 2.0 + 0.1 * np.sin(t),
+        "battery_current_a": true + rng.normal(0, 0.08, len(t)),
+    })  # fmt: skip
+    assert metered(log, true) > 0.9
+    jitters = true + rng.normal(0, 0.3, len(t))  # as a model on a noisy speed
+    assert metered(log, jitters) < 0.15
