@@ -47,6 +47,10 @@ far apart: none may bend a speed without bounds."""
 PASSING = 0.25
 """Share of a step to which a rounded speed is known where it passes half-way."""
 
+SELDOM = 0.25
+"""Usual interval from which on a drive bends more from row to row than what its steps
+are off by. [s]"""
+
 PIECES = 10
 """Times that a reading counts at most that stands for long."""
 
@@ -103,7 +107,7 @@ def smoothed(
     step = rounded_to(speed)
     if step:
         told, noise = passed(speed), PASSING * step
-    elif not (is_rough(speed) or is_coarse(speed)):
+    elif not (is_rough(speed) or (interval_of(time) < SELDOM and is_coarse(speed))):
         whole = np.interp(time, time[known], speed[known])
         return Smoothed(whole, np.zeros(len(time)))
     else:

@@ -168,11 +168,14 @@ def test_a_log_that_was_polled_may_have_its_battery_a_little_late(late_s):
 
 
 @pytest.mark.slow
-def test_one_that_comes_later_by_some_time_is_taken_to_do_so():
-    """Whatever of a row a sample stands for, it is the same in both logs."""
-    engines = (Engine([problem_of(polled(s).log, CAR)]) for s in (0.65, 1.0))
-    early, late = (of_tolerances(e).values[BATTERY_LATE] for e in engines)
-    assert late - early == pytest.approx(0.35, abs=0.15)
+@pytest.mark.parametrize("late_s", [0.3, 0.65, 1.0, 1.3])
+def test_how_late_one_comes_is_told_to_a_quarter_of_a_row(late_s):
+    """A mean since the row before is as late as a sample of half a row ago."""
+    engine = Engine([problem_of(polled(late_s).log, CAR)])
+    (problem,) = engine.problems
+    behind = 0.5 * min(problem.drive.window, problem.row)
+    found = of_tolerances(engine).values[BATTERY_LATE] + behind
+    assert found == pytest.approx(late_s, abs=0.25 * problem.row)
 
 
 def test_a_delay_that_is_stated_or_named_is_not_doubted_besides():
