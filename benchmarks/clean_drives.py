@@ -5,7 +5,8 @@
 A car's speed is imposed by an EPA schedule, or by a drive that bends everywhere, with
 noise of usual sensors on every channel. The log holds means since the row before, at 1
 to 10 Hz; or samples, 30 ms off the schedule's clock; or samples of a drive whose
-corners are its rows. It is diagnosed with all channels, without the motor's torque or
+corners are its rows; or means in steps, as a CAN bus gives them, of 0.1 km/h, 0.5 V and
+0.1 A. It is diagnosed with all channels, without the motor's torque or
 the accelerometer, and with speed and battery alone. Nothing is withheld, so that every
 cause named is a false alarm.
 """
@@ -40,6 +41,7 @@ LOGGERS = (
     *(("means", rate) for rate in (1.0, 2.0, 5.0, 10.0)),
     *(("samples", rate) for rate in (5.0, 10.0)),
     ("corners", 10.0),
+    *(("steps", rate) for rate in (5.0, 10.0)),
 )
 NOISE = {
     "speed_mps": 0.03,
@@ -49,6 +51,18 @@ NOISE = {
     "battery_current_a": 0.5,
 }
 """Column -> standard deviation of its noise, in its unit; others are not logged."""
+
+STEPS = {
+    "speed_mps": 0.1 / 3.6,
+    "accel_x_mps2": 0.01,
+    "motor_torque_nm": 0.5,
+    "battery_voltage_v": 0.5,
+    "battery_current_a": 0.1,
+}
+"""Column -> what a bus rounds it to, in its unit."""
+
+QUIET = 0.1
+"""Share of such noise that a bus's speed holds before it is rounded."""
 
 LACKS: dict[str, tuple[str, ...]] = {
     "all": (),
@@ -75,7 +89,7 @@ def drive(car: str, cycle: str, how: str, rate: float) -> pd.DataFrame:
     run = simulate(load_vehicle(car), schedule, imposed=True, output_rate=FINE)
     first = round(PHASE * FINE) if how == "samples" else 0
     columns = {c: run.trace[c][first::many] for c in ("time_s", *NOISE)}
-    if how == "means":
+    if how in ("means", "steps"):
         rows = np.arange(0, len(run.trace), many)
         for c in NOISE.keys() - {"speed_mps"}:
             total = np.concatenate([[0.0], np.cumsum(run.trace[c])])
@@ -85,8 +99,11 @@ def drive(car: str, cycle: str, how: str, rate: float) -> pd.DataFrame:
     seed = zlib.crc32(f"{car} {cycle} {how} {rate:g}".encode())
     rng = np.random.default_rng(seed)
     for name, sd in NOISE.items():
-        columns[name] = columns[name] + rng.normal(0.0, sd, len(columns["time_s"]))
+        size = sd * QUIET if how == "steps" and name == "speed_mps" else sd
+        columns[name] = columns[name] + rng.normal(0.0, size, len(columns["time_s"]))
     columns["speed_mps"] = np.maximum(columns["speed_mps"], 0.0)
+    if how == "steps":
+        columns |= {c: step * np.round(columns[c] / step) for c, step in STEPS.items()}
     return pd.DataFrame(columns)
 
 
@@ -96,7 +113,8 @@ def named(case: tuple[str, str, tuple[str, float], str]) -> tuple[str, list[str]
     vehicle, log = load_vehicle(car), drive(car, cycle, how, rate)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "log.csv"
-        log.drop(columns=list(LACKS[channels])).to_csv(path, index=False)
+        kept = log.drop(columns=list(LACKS[channels]))
+        kept.to_csv(path, index=False, float_format="%.5f")
         found = diagnose([open_log(path, vehicle)], vehicle)
     what = f"{car:14} {cycle:12} {how:8} {rate:4g} Hz  {channels}"
     return what, [a.cause.effect for a in found.asserted], found.status
@@ -106,8 +124,11 @@ def main() -> None:
     """Print each drive that names a cause or is unexplained, and how many there are."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--jobs", type=int, default=1)
-    jobs = parser.parse_args().jobs
-    cases = list(product(CARS, CYCLES, LOGGERS, LACKS))
+    parser.add_argument("--how", help="means, samples, corners or steps alone")
+    asked = parser.parse_args()
+    jobs = asked.jobs
+    loggers = [one for one in LOGGERS if asked.how in (None, one[0])]
+    cases = list(product(CARS, CYCLES, loggers, LACKS))
     start, statuses, alarms = time.time(), Counter[str](), 0
     with ProcessPoolExecutor(jobs) as pool:
         for what, causes, status in pool.map(named, cases):

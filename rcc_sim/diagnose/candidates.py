@@ -45,8 +45,8 @@ LIMITS = 6
 """Strengths that are tried of a limit."""
 
 BLURRED = 0.5
-"""The same in times the smear of a noisy speed: delays of 0.2 to 0.45 times that were
-named where there was none."""
+"""Times the smear of a noisy speed over which the acceleration of an imposed drive is
+not known: delays of 0.2 to 0.45 times that were named where there was none."""
 
 WITHIN = 5.0
 """Factor within which a stated figure of the car itself lies: what asks for more is not

@@ -17,8 +17,8 @@ CELLS, READINGS = 1000, 8
 """Most cells that a road is cut into, and readings that each holds at least."""
 
 VISIT, SOONEST = 10.0, 1e-3
-"""Time for which readings in a cell count as one at most, and that after which the next
-are at least. [s]"""
+"""Time for which readings count as one as a car comes into a cell, and as it leaves;
+and that after which the next are at least. [s]"""
 
 WANDERS = (1e-9, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1)
 """Strengths of an altimeter's wander that are tried; the first is none. [m²/s]"""
@@ -219,9 +219,17 @@ def undithered(height: Array, noise2: float) -> float:
 
 
 def visits(cell: NDArray[np.int_], time: Array) -> NDArray[np.int_]:
-    """Return which visit of a cell each row is of, each ``VISIT`` long at most."""
-    part = np.floor((time - time[0]) / VISIT)
-    other = (np.diff(cell, prepend=cell[:1]) != 0) | (np.diff(part, prepend=0.0) != 0)
+    """Return which visit each row is of: a cell's first, its last and what is between.
+
+    However long a car waits, three of them tell what wandered meanwhile.
+    """
+    comes = np.diff(cell, prepend=cell[:1]) != 0
+    stay, first = np.cumsum(comes), np.flatnonzero(np.append(True, comes[1:]))
+    begun, done = time[first], time[np.append(first[1:] - 1, len(time) - 1)]
+    near = (time - begun[stay] < VISIT).astype(int)
+    last = (done[stay] - time < VISIT).astype(int)
+    part = 1 + last * (1 - near) - near
+    other = comes | (np.diff(part, prepend=part[:1]) != 0)
     return np.asarray(np.cumsum(other))
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from rcc_sim.simulate.road import surveyed_slope, undithered
+from rcc_sim.simulate.road import VISIT, surveyed_slope, undithered, visits
 
 RATE, MINUTES = 10.0, 15.0  # Hz, min
 WAVES = ((0.8, 420.0), (2.0, 1100.0), (4.0, 2700.0))  # m: heights and lengths of hills
@@ -103,3 +103,14 @@ def test_a_level_road_of_any_length_is_level(length, noise):
         seen = np.random.default_rng(seed).normal(0.0, noise, len(s))
         _, slope = surveyed_slope(s, np.round(seen, 5), time)
         assert np.abs(slope).max() < 0.5 * noise / length + 2e-6
+
+
+def test_a_stand_of_hours_is_three_visits():
+    time = np.arange(0.0, 7200.0, 0.1)
+    cell = np.where(time < 100, 0, np.where(time < 7000, 1, 2))
+    visit = visits(cell, time)
+    assert np.all(np.diff(visit) >= 0) and visit[0] == 0 and visit[-1] == 8
+    assert len(np.unique(visit[cell == 1])) == 3
+    assert np.sum(visit == 3) == pytest.approx(10 * VISIT, abs=1)
+    short = visits(np.zeros(50, int), 0.1 * np.arange(50.0))
+    assert len(np.unique(short)) == 1
