@@ -9,7 +9,6 @@ from math import inf, isfinite, log1p, sqrt
 import numpy as np
 
 from rcc_sim.definitions.vehicle import Vehicle
-from rcc_sim.diagnose.direct import FELT
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.shapes import BEYOND_SHAFT
 from rcc_sim.diagnose.sizes import size_of
@@ -243,7 +242,6 @@ def shows_in(problem: Problem, drives: Collection[str]) -> bool:
         "throttle": mode == "throttle",
         "steered": drive.steered,
         "turning": not drive.turns_as_measured,
-        "gauged": not drive.turns_as_measured or FELT in problem.channels,
         "unsurveyed": not problem.surveyed,
     }
     return all(found[what] for what in drives)

@@ -27,12 +27,11 @@ slip, by which the wheels are ahead in time."""
 
 DRIVES = (
     *("commanded", "imposed", "speed_loop", "throttle"),
-    *("steered", "turning", "gauged", "unsurveyed"),
+    *("steered", "turning", "unsurveyed"),
 )
 """What a drive may have to be for an effect to show: driven by a controller, or as it
 was measured; controlled by speed, or by throttle; with steering; with a yaw rate that
-the model finds itself; with that, or an accelerometer, by which the speed is gauged; on
-a road whose slope no log tells."""
+the model finds itself; on a road whose slope no log tells."""
 
 
 @dataclass(frozen=True, slots=True)

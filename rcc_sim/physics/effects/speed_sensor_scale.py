@@ -26,6 +26,6 @@ EFFECT = Effect(
     seen_as="speed that disagrees with pose and acceleration by a factor",
     source="definition; the sensor, not the car: it touches the log alone",
     sensor=True,
-    shows_in=("gauged",),
+    shows_in=("turning",),
     also=("speedometer",),
 )

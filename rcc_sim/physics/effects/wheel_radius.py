@@ -26,6 +26,6 @@ EFFECT = Effect(
     channels=("motor_current_a", "yaw_rate_radps", "x_m"),
     seen_as="true distance and speed that differ from the motor's by a factor",
     source="definition",
-    shows_in=("gauged",),
+    shows_in=("turning",),
     also=("tyre radius", "tire radius", "wheel diameter"),
 )
