@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
+from scipy.sparse import csr_array, diags_array
 
 from rcc_sim.simulate.roughness import resolution
 from rcc_sim.simulate.smooth import pieces
@@ -20,11 +20,21 @@ VISIT, SOONEST = 10.0, 1e-3
 """Time for which readings count as one as a car comes into a cell, and as it leaves;
 and that after which the next are at least. [s]"""
 
+BENDS = np.logspace(-6, -1.5, 10)
+"""Strengths of a road that are tried: changes of its slope from cell to cell. [1]"""
+
+STEEPEST = 0.35
+"""Rise over way beyond which no road is, but a fault of its altimeter. [1]"""
+
 WANDERS = (1e-9, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1)
 """Strengths of an altimeter's wander that are tried; the first is none. [m²/s]"""
 
 FINER = (0.5, 0.25)
 """Decades by which the likeliest strength is found finer."""
+
+ROUNDS, FREEDOM, SETTLED = 10, 4.0, 0.1
+"""Rounds at most in which what is far off is weighed anew, degrees of freedom of that,
+and change of a weight below which no more."""
 
 KNOWN = 1e6
 """Times as sure as a reading is that the wander begins at nil."""
@@ -83,8 +93,9 @@ def surveyed_slope(
     road = Road(edges, place, height, then, 1 / off2)
     found = road.likeliest(WANDERS if time is not None else WANDERS[:1])
     middle = 0.5 * (edges[1:] + edges[:-1])
-    dh, step = np.diff(found), edges[1] - edges[0]
-    run = np.sqrt(np.maximum(step**2 - dh**2, 1e-12))
+    step = edges[1] - edges[0]
+    dh = np.clip(np.diff(found), -STEEPEST * step, STEEPEST * step)
+    run = np.sqrt(step**2 - dh**2)
     return 0.5 * (middle[1:] + middle[:-1]), dh / run
 
 
@@ -129,13 +140,39 @@ class Road:
         )
         # of height and wander one alone begins at nil
         first = rows_of([(w[:1], np.sqrt(KNOWN * weight[:1]))], k + m)
-        self.normal = banded([self.reads, self.bends, self.moves, first])
+        self.first = first
+        self.weigh(np.ones(m), np.ones(m - 1))
+
+    def weigh(self, reads: Array, moves: Array) -> None:
+        """Let each reading, and each move of the wander, count by a weight."""
+        self.by = np.sqrt(reads), np.sqrt(moves)
+        heard, moved = (
+            diags_array(w) @ A
+            for w, A in zip(self.by, (self.reads, self.moves), strict=True)
+        )
+        self.normal = banded([heard, self.bends, moved, self.first])
 
     def likeliest(self, wanders: Sequence[float]) -> Array:
-        """Return the heights [m] by the likeliest strengths, of these of the wander."""
-        tried = {
-            (q, d): self.solved(q, d) for d in wanders for q in np.logspace(-6, 0, 13)
-        }
+        """Return the heights [m] by the likeliest strengths, of these of the wander.
+
+        Readings and moves that are far off count less, as by a t-distribution: an
+        altimeter leaps by tens of metres, and back.
+        """
+        for _ in range(ROUNDS):
+            wander, x = self.searched(wanders)
+            off, move = self.right - self.reads @ x, self.moves @ x
+            weights, before = (tailed(off), tailed(move / np.sqrt(wander))), self.by
+            if all(
+                np.abs(w - b**2).max(initial=0.0) < SETTLED
+                for w, b in zip(weights, before, strict=True)
+            ):
+                break
+            self.weigh(*weights)
+        return np.asarray(self.searched(wanders)[1][self.cells])
+
+    def searched(self, wanders: Sequence[float]) -> tuple[float, Array]:
+        """Return the likeliest strength of the wander, and all unknowns by it."""
+        tried = {(q, d): self.solved(q, d) for d in wanders for q in BENDS}
         q, d = max(tried, key=lambda one: tried[one][0])
         for part in FINER:  # of the way to the next in the grid
             near = [d] if d == wanders[0] else [d / 10**part, d, d * 10**part]
@@ -146,10 +183,10 @@ class Road:
                 if (x, y) not in tried
             }
             q, d = max(tried, key=lambda one: tried[one][0])
-        return tried[q, d][1]
+        return d, tried[q, d][1]
 
     def solved(self, strength: float, wander: float) -> tuple[float, Array]:
-        """Log-likelihood of two strengths, and the heights [m] by them.
+        """Log-likelihood of two strengths, and the unknowns by them.
 
         Second differences of heights have the variance (strength * step)² [m²], those
         of the wander after a time dt wander * dt.
@@ -161,13 +198,20 @@ class Road:
         try:
             C = cholesky_banded(reads + bends / q2 + moves / wander + first)
         except np.linalg.LinAlgError:  # stiffer than numbers have digits
-            return -np.inf, np.zeros(len(self.cells))
-        x = cho_solve_banded((C, False), self.reads.T @ self.right)
-        off, bend, move = self.right - self.reads @ x, self.bends @ x, self.moves @ x
+            return -np.inf, np.zeros(self.reads.shape[1])
+        heard, moved = self.by
+        x = cho_solve_banded((C, False), self.reads.T @ (heard**2 * self.right))
+        bend = self.bends @ x
+        off, move = heard * (self.right - self.reads @ x), moved * (self.moves @ x)
         left = off @ off + bend @ bend / q2 + move @ move / wander
         free = len(bend) * np.log(q2) + len(move) * np.log(wander)
         value = -0.5 * (left + free) - np.log(C[-1]).sum()
-        return float(value), x[self.cells]
+        return float(value), x
+
+
+def tailed(off: Array) -> Array:
+    """Return the weight of what is so many sds off, by a t-distribution."""
+    return np.asarray((FREEDOM + 1) / (FREEDOM + off**2))
 
 
 def rows_of(terms: Sequence[tuple[Array, Array]], many: int) -> csr_array:

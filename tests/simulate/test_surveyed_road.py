@@ -44,12 +44,12 @@ def test_a_barometer_that_wanders_makes_no_slopes(seed, step):
     seen = step * np.round(seen / step) if step else seen
     found, without = (np.interp(s, *surveyed_slope(s, seen, t)) for t in (time, None))
     off, was = (np.std((x - slope)[there]) for x in (found, without))
-    assert off < 0.7 * was
+    assert off < 0.8 * was
     assert climbing(slope, found, there) == pytest.approx(1.0, abs=0.04)
     assert climbing(slope, without, there) < 0.96
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1, 2, 3, 4, 5, 6])
 def test_whole_metres_that_flicker_are_no_steps_of_the_road(seed):
     """A mean of many is no surer of the height than one: they all err alike."""
     time, s, there, height, slope = drive()
@@ -57,7 +57,7 @@ def test_whole_metres_that_flicker_are_no_steps_of_the_road(seed):
     found, without = (np.interp(s, *surveyed_slope(s, seen, t)) for t in (time, None))
     assert np.std((found - slope)[there]) < np.std((without - slope)[there])
     better = climbing(slope, found, there) - climbing(slope, without, there)
-    assert better > 0.02
+    assert better > 0.01
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.05, 0.15, 0.5])
@@ -114,3 +114,14 @@ def test_a_stand_of_hours_is_three_visits():
     assert np.sum(visit == 3) == pytest.approx(10 * VISIT, abs=1)
     short = visits(np.zeros(50, int), 0.1 * np.arange(50.0))
     assert len(np.unique(short)) == 1
+
+
+def test_leaps_of_a_receiver_are_no_cliffs():
+    """It loses its satellites, reads 100 m too little for a while, and comes back."""
+    time, s, there, height, slope = drive()
+    seen = np.round(read(height, 4, noise=0.3))
+    for first, rows, leap in ((800, 150, -111.0), (4000, 1300, 40.0), (7000, 5, 160.0)):
+        seen[first : first + rows] += leap
+    where, found = surveyed_slope(s, seen, time)
+    assert np.abs(found).max() < 0.06
+    assert np.std((np.interp(s, where, found) - slope)[there]) < 0.7 * np.std(slope)
