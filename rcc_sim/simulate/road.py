@@ -139,8 +139,7 @@ class Road:
             )
         )
         # of height and wander one alone begins at nil
-        first = rows_of([(w[:1], np.sqrt(KNOWN * weight[:1]))], k + m)
-        self.first = first
+        self.first = rows_of([(w[:1], np.sqrt(KNOWN * weight[:1]))], k + m)
         self.weigh(np.ones(m), np.ones(m - 1))
 
     def weigh(self, reads: Array, moves: Array) -> None:
@@ -161,14 +160,12 @@ class Road:
         for _ in range(ROUNDS):
             wander, x = self.searched(wanders)
             off, move = self.right - self.reads @ x, self.moves @ x
-            weights, before = (tailed(off), tailed(move / np.sqrt(wander))), self.by
-            if all(
-                np.abs(w - b**2).max(initial=0.0) < SETTLED
-                for w, b in zip(weights, before, strict=True)
-            ):
+            weights = tailed(off), tailed(move / np.sqrt(wander))
+            pairs = zip(weights, self.by, strict=True)
+            if all(np.all(np.abs(w - by**2) < SETTLED) for w, by in pairs):
                 break
             self.weigh(*weights)
-        return np.asarray(self.searched(wanders)[1][self.cells])
+        return np.asarray(x[self.cells])
 
     def searched(self, wanders: Sequence[float]) -> tuple[float, Array]:
         """Return the likeliest strength of the wander, and all unknowns by it."""
