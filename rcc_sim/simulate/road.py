@@ -26,6 +26,9 @@ BENDS = np.logspace(-6, -1.5, 10)
 STEEPEST = 0.35
 """Rise over way beyond which no road is, but a fault of its altimeter. [1]"""
 
+FORGETS = 100.0
+"""Time in which an altimeter forgets by how much it was off. [s]"""
+
 WANDERS = (1e-9, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1)
 """Strengths of an altimeter's wander that are tried; the first is none. [m²/s]"""
 
@@ -57,7 +60,8 @@ def surveyed_slope(
     .. math:: h_i = z(s_i) + w(t_i) + e_i
 
     The height z is a twice integrated random walk along the road; the altimeter's
-    wander w is a random walk in time, on the way as at rest. Their strengths are the
+    wander w is an Ornstein-Uhlenbeck process in time, on the way as at rest, that
+    forgets in ``FORGETS``: ∫ (w'² + (w / T)²) dt / D is small. Their strengths are the
     likeliest for these elevations: a flat road with a noisy survey comes out flat, and
     of what a barometer makes up no slope is made. (What it takes to climb would fall
     short of slopes that hold noise, as by a lighter car.)
@@ -126,41 +130,43 @@ class Road:
         at = np.empty(k + m, dtype=int)
         at[order] = np.arange(k + m)
         z, w = at[:k], at[k:]
-        self.cells = z
+        self.cells, self.wander = z, w
         sure, one = np.sqrt(weight), np.ones(k - 2)
         later = 1 / np.sqrt(np.maximum(np.diff(time), SOONEST))
         self.right = sure * height
-        self.reads, self.bends, self.moves = (
+        apart = np.maximum(np.gradient(time), SOONEST)
+        self.reads, self.bends, self.moves, self.stays = (
             rows_of(terms, k + m)
             for terms in (
                 [(z[left], sure * (1 - share)), (z[left + 1], sure * share), (w, sure)],
                 [(z[:-2], one), (z[1:-1], -2 * one), (z[2:], one)],
                 [(w[:-1], -later), (w[1:], later)],
+                [(w, np.sqrt(apart) / FORGETS)],
             )
         )
         # of height and wander one alone begins at nil
         self.first = rows_of([(w[:1], np.sqrt(KNOWN * weight[:1]))], k + m)
-        self.weigh(np.ones(m), np.ones(m - 1))
+        self.weigh(np.ones(m), np.ones(m - 1), np.ones(m))
 
-    def weigh(self, reads: Array, moves: Array) -> None:
-        """Let each reading, and each move of the wander, count by a weight."""
-        self.by = np.sqrt(reads), np.sqrt(moves)
-        heard, moved = (
-            diags_array(w) @ A
-            for w, A in zip(self.by, (self.reads, self.moves), strict=True)
-        )
-        self.normal = banded([heard, self.bends, moved, self.first])
+    def weigh(self, *weights: Array) -> None:
+        """Let each reading, and each move and stay of the wander, count by a weight."""
+        self.by = tuple(np.sqrt(x) for x in weights)
+        rows = zip(self.by, (self.reads, self.moves, self.stays), strict=True)
+        heard, moved, stayed = (diags_array(w) @ A for w, A in rows)
+        self.normal = banded([heard, self.bends, moved, stayed, self.first])
 
     def likeliest(self, wanders: Sequence[float]) -> Array:
         """Return the heights [m] by the likeliest strengths, of these of the wander.
 
-        Readings and moves that are far off count less, as by a t-distribution: an
-        altimeter leaps by tens of metres, and back.
+        What is far off counts less, as by a t-distribution: an altimeter leaps by tens
+        of metres, stays there, and comes back.
         """
         for _ in range(ROUNDS):
             wander, x = self.searched(wanders)
             off, move = self.right - self.reads @ x, self.moves @ x
-            weights = tailed(off), tailed(move / np.sqrt(wander))
+            usual = np.sqrt(0.5 * wander * FORGETS)
+            far = off, move / np.sqrt(wander), x[self.wander] / usual
+            weights = [tailed(z) for z in far]
             pairs = zip(weights, self.by, strict=True)
             if all(np.all(np.abs(w - by**2) < SETTLED) for w, by in pairs):
                 break
@@ -191,16 +197,17 @@ class Road:
         from scipy.linalg import cho_solve_banded, cholesky_banded
 
         q2 = (strength * self.step) ** 2
-        reads, bends, moves, first = self.normal
+        reads, bends, moves, stays, first = self.normal
         try:
-            C = cholesky_banded(reads + bends / q2 + moves / wander + first)
+            C = cholesky_banded(reads + bends / q2 + (moves + stays) / wander + first)
         except np.linalg.LinAlgError:  # stiffer than numbers have digits
             return -np.inf, np.zeros(self.reads.shape[1])
-        heard, moved = self.by
+        heard, moved, stayed = self.by
         x = cho_solve_banded((C, False), self.reads.T @ (heard**2 * self.right))
         bend = self.bends @ x
         off, move = heard * (self.right - self.reads @ x), moved * (self.moves @ x)
-        left = off @ off + bend @ bend / q2 + move @ move / wander
+        stay = stayed * (self.stays @ x)
+        left = off @ off + bend @ bend / q2 + (move @ move + stay @ stay) / wander
         free = len(bend) * np.log(q2) + len(move) * np.log(wander)
         value = -0.5 * (left + free) - np.log(C[-1]).sum()
         return float(value), x
