@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array, diags_array
 
 from rcc_sim.simulate.roughness import resolution
 from rcc_sim.simulate.smooth import pieces
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 Array = NDArray[np.float64]
 
@@ -150,6 +153,8 @@ class Road:
 
     def weigh(self, *weights: Array) -> None:
         """Let each reading, and each move and stay of the wander, count by a weight."""
+        from scipy.sparse import diags_array
+
         self.by = tuple(np.sqrt(x) for x in weights)
         rows = zip(self.by, (self.reads, self.moves, self.stays), strict=True)
         heard, moved, stayed = (diags_array(w) @ A for w, A in rows)
@@ -220,6 +225,8 @@ def tailed(off: Array) -> Array:
 
 def rows_of(terms: Sequence[tuple[Array, Array]], many: int) -> csr_array:
     """Return a matrix of so ``many`` columns: in each row some, and what they hold."""
+    from scipy.sparse import csr_array
+
     rows = np.tile(np.arange(len(terms[0][0])), len(terms))
     columns, values = (np.concatenate(x) for x in zip(*terms, strict=True))
     return csr_array((values, (rows, columns)), shape=(len(terms[0][0]), many))
