@@ -136,7 +136,7 @@ class Road:
         self.cells, self.wander = z, w
         sure, one = np.sqrt(weight), np.ones(k - 2)
         later = 1 / np.sqrt(np.maximum(np.diff(time), SOONEST))
-        self.right = sure * height
+        self.read = sure * height
         apart = np.maximum(np.gradient(time), SOONEST)
         self.reads, self.bends, self.moves, self.stays = (
             rows_of(terms, k + m)
@@ -155,10 +155,13 @@ class Road:
         """Let each reading, and each move and stay of the wander, count by a weight."""
         from scipy.sparse import diags_array
 
-        self.by = tuple(np.sqrt(x) for x in weights)
-        rows = zip(self.by, (self.reads, self.moves, self.stays), strict=True)
-        heard, moved, stayed = (diags_array(w) @ A for w, A in rows)
-        self.normal = banded([heard, self.bends, moved, stayed, self.first])
+        self.weights = weights
+        rows = zip(weights, (self.reads, self.moves, self.stays), strict=True)
+        heard, moved, stayed = (diags_array(np.sqrt(w)) @ A for w, A in rows)
+        self.weighed = heard, self.bends, moved, stayed
+        self.right = np.sqrt(weights[0]) * self.read
+        self.asked = heard.T @ self.right
+        self.normal = banded([*self.weighed, self.first])
 
     def likeliest(self, wanders: Sequence[float]) -> Array:
         """Return the heights [m] by the likeliest strengths, of these of the wander.
@@ -168,12 +171,12 @@ class Road:
         """
         for _ in range(ROUNDS):
             wander, x = self.searched(wanders)
-            off, move = self.right - self.reads @ x, self.moves @ x
+            off, move = self.read - self.reads @ x, self.moves @ x
             usual = np.sqrt(0.5 * wander * FORGETS)
             far = off, move / np.sqrt(wander), x[self.wander] / usual
             weights = [tailed(z) for z in far]
-            pairs = zip(weights, self.by, strict=True)
-            if all(np.all(np.abs(w - by**2) < SETTLED) for w, by in pairs):
+            pairs = zip(weights, self.weights, strict=True)
+            if all(np.all(np.abs(now - was) < SETTLED) for now, was in pairs):
                 break
             self.weigh(*weights)
         return np.asarray(x[self.cells])
@@ -206,12 +209,10 @@ class Road:
         try:
             C = cholesky_banded(reads + bends / q2 + (moves + stays) / wander + first)
         except np.linalg.LinAlgError:  # stiffer than numbers have digits
-            return -np.inf, np.zeros(self.reads.shape[1])
-        heard, moved, stayed = self.by
-        x = cho_solve_banded((C, False), self.reads.T @ (heard**2 * self.right))
-        bend = self.bends @ x
-        off, move = heard * (self.right - self.reads @ x), moved * (self.moves @ x)
-        stay = stayed * (self.stays @ x)
+            return -np.inf, np.zeros(len(self.asked))
+        x = cho_solve_banded((C, False), self.asked)
+        heard, bend, move, stay = (A @ x for A in self.weighed)
+        off = self.right - heard
         left = off @ off + bend @ bend / q2 + (move @ move + stay @ stay) / wander
         free = len(bend) * np.log(q2) + len(move) * np.log(wander)
         value = -0.5 * (left + free) - np.log(C[-1]).sum()
