@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 LONGEST = 20.0
 """Longest length that a bench test of a vehicle has. [m]"""
@@ -32,15 +32,18 @@ def did_you_mean(name: str, known: Iterable[str], table: str = "") -> str:
 
     The nearest is written as the user would write it, with what stands before it.
     """
+    names = list(known)
+    near = nearest(name, names)
+    return f"did you mean `{table}{near}`?" if near else f"there are {', '.join(names)}"
+
+
+def nearest(name: str, names: Sequence[str]) -> str:
+    """Return the one name that goes on as this does, else the most alike, or none."""
     from difflib import get_close_matches
 
-    names = list(known)
     longer = [known for known in names if known.startswith(f"{name}_")]
-    near = get_close_matches(name, names, n=1, cutoff=0.6)
-    close = longer if len(longer) == 1 else near
-    if not close:
-        return f"there are {', '.join(names)}"
-    return f"did you mean `{table}{close[0]}`?"
+    alike = get_close_matches(name, names, n=1, cutoff=0.6)
+    return "".join(longer if len(longer) == 1 else alike)
 
 
 class InputError(RccError):

@@ -116,7 +116,7 @@ def _setting(option: str, text: str) -> tuple[str, Any]:
         return key.strip(), value.strip()
 
 
-def _meant(text: str, known: Mapping[str, Effect]) -> str:
+def _as_typed(text: str, known: Mapping[str, Effect]) -> str:
     """Return what ID=VALUE or ID.PARAM=VALUE is likely meant for; empty if nothing."""
     name, equals, value = text.partition("=")
     effect, _, param = name.strip().partition(".")
@@ -134,7 +134,7 @@ def _effect(text: str, vehicle: Vehicle) -> tuple[str, dict[str, Any]]:
     known = vehicle.known
     if effect not in known:
         known |= installed_effects()
-    if not colon and (likely := _meant(text, known)):
+    if not colon and (likely := _as_typed(text, known)):
         hint = f"did you mean `{likely}`?"
         raise InputError(f"--with {text}: should be ID:PARAM=VALUE", hint)
     if effect not in known:

@@ -92,9 +92,9 @@ def effect_of(name: str) -> tuple[Effect, str]:
         return EFFECTS[name], "shipped"
     if name.endswith(".py"):
         return own_effect(name).effect, name
-    if name in plugin_names():
+    if name in (installed := plugin_names()):
         return own_effect(f"plugin {name}").effect, f"plugin {name}"
-    raise InputError(f"no such effect: {name!r}", meant(name, EFFECTS))
+    raise InputError(f"no such effect: {name!r}", meant(name, EFFECTS, installed))
 
 
 def effect_row(name: str) -> dict[str, Any]:

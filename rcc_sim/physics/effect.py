@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from math import inf, isfinite
+
+from rcc_sim.errors import nearest
 
 WIDER = 10.0
 """How far past its typical range a figure without a bound is looked for. [1]"""
@@ -203,10 +205,11 @@ class Effect:
         return next(param for param in self.params if param.name == name)
 
 
-def meant(name: str, known: Mapping[str, Effect]) -> str:
-    """Return a hint for an effect that is not known: those with such words, or near."""
-    from difflib import get_close_matches
+def meant(name: str, known: Mapping[str, Effect], others: Iterable[str] = ()) -> str:
+    """Return a hint for an effect that is not known: those with such words, or near.
 
+    Of some ``others`` the name alone is known.
+    """
     asked = words_of(name)
     having = [
         one.id
@@ -218,8 +221,8 @@ def meant(name: str, known: Mapping[str, Effect]) -> str:
         return f"did you mean one of {', '.join(having)}?"
     if having:
         return f"did you mean `{having[0]}`?"
-    near = get_close_matches(name, known, n=1, cutoff=0.6)
-    return f"did you mean `{near[0]}`?" if near else "`rccsim effects` lists them"
+    near = nearest(name, [*known, *others])
+    return f"did you mean `{near}`?" if near else "`rccsim effects` lists them"
 
 
 def words_of(said: str) -> set[str]:
