@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from rcc_sim.analyse.gap_regimes import moving_mean, rows_in
 from rcc_sim.analyse.offsets import noise_at_rest, noise_of
 from rcc_sim.definitions.vehicle import Vehicle
-from rcc_sim.simulate.roughness import rounded_to, sensor_noise
+from rcc_sim.simulate.roughness import rounded_to, sensor_noise, spells
 from rcc_sim.trace import Trace
 
 Array = NDArray[np.float64]
@@ -64,8 +64,7 @@ def tells(voltage: Array) -> NDArray[np.bool_]:
     """
     if not rounded_to(voltage):
         return np.ones(len(voltage), dtype=bool)
-    at = np.flatnonzero(np.diff(voltage) != 0) + 1
-    first, end = np.append(0, at), np.append(at, len(voltage))
+    first, end = spells(voltage)
     stand = np.repeat(np.arange(len(first)), end - first)
     row = np.arange(len(voltage))
     near = np.minimum(row - first[stand], end[stand] - 1 - row) < NEAR

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.simulate.roughness import resolution
+from rcc_sim.simulate.roughness import resolution, spells
 from rcc_sim.simulate.smooth import pieces
 
 if TYPE_CHECKING:
@@ -279,14 +279,12 @@ def visits(cell: NDArray[np.int_], time: Array) -> NDArray[np.int_]:
 
     However long a car waits, three of them tell what wandered meanwhile.
     """
-    comes = np.diff(cell, prepend=cell[:1]) != 0
-    stay, first = np.cumsum(comes), np.flatnonzero(np.append(True, comes[1:]))
-    begun, done = time[first], time[np.append(first[1:] - 1, len(time) - 1)]
-    near = (time - begun[stay] < VISIT).astype(int)
-    last = (done[stay] - time < VISIT).astype(int)
-    part = 1 + last * (1 - near) - near
-    other = comes | (np.diff(part, prepend=part[:1]) != 0)
-    return np.asarray(np.cumsum(other))
+    first, end = spells(cell)
+    stay = np.repeat(np.arange(len(first)), end - first)
+    near = time - time[first][stay] < VISIT
+    last = ~near & (time[end - 1][stay] - time < VISIT)
+    part = 3 * stay + np.where(near, 0, np.where(last, 2, 1))
+    return np.asarray(np.cumsum(np.diff(part, prepend=part[:1]) != 0))
 
 
 def cells(s: Array, each: int) -> tuple[Array, NDArray[np.int_]]:

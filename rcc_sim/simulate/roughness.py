@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -131,3 +133,9 @@ def rounded_to(speed: Array) -> float:
     whole = np.abs(steps / step - np.round(steps / step)) < WHOLE
     one = float(np.median(steps)) < ONE_STEP * step
     return step if one and bool(np.mean(whole) > 1 - WHOLE) else 0.0
+
+
+def spells(x: NDArray[Any]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return the first row, and one past the last, of each run of equal values."""
+    at = np.flatnonzero(np.diff(x) != 0) + 1
+    return np.append(0, at), np.append(at, len(x))

@@ -13,6 +13,7 @@ from rcc_sim.simulate.roughness import (
     noise_of,
     rounded_to,
     sensor_noise,
+    spells,
 )
 from rcc_sim.simulate.spans import ENOUGH, LONG, nats_for_means
 
@@ -182,7 +183,7 @@ def jerk_of(noise: float, row: float, smear: float) -> float:
     return float(noise * row**0.5 / smear**2)
 
 
-def pieces(long: Array) -> tuple[NDArray[np.int_], Array]:
+def pieces(long: Array | NDArray[np.intp]) -> tuple[NDArray[np.int_], Array]:
     """Cut what is longer than usual: of which each piece is, and its middle's share."""
     many = np.clip(np.round(long / np.median(long)), 1, PIECES).astype(int)
     middles = np.concatenate([(np.arange(n) + 0.5) / n for n in many])
@@ -198,13 +199,12 @@ def passed(speed: Array) -> Array:
     """
     rows = np.flatnonzero(np.isfinite(speed))
     v = speed[rows]
-    at = np.flatnonzero(np.diff(v) != 0)
+    starts, ends = spells(v)
+    at, long = starts[1:] - 1, ends - starts
     total, count = np.zeros(len(v)), np.zeros(len(v))
     for end in (at, at + 1):
         np.add.at(total, end, 0.5 * (v[at] + v[at + 1]))
         np.add.at(count, end, 1.0)
-    starts, ends = np.append(0, at + 1), np.append(at, len(v) - 1)
-    long = ends - starts + 1
     among, each = pieces(long)
     middle = starts[among] + (each * long[among]).astype(int)
     inner = middle[count[middle] == 0]
