@@ -11,7 +11,7 @@ import numpy as np
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.shapes import BEYOND_SHAFT
-from rcc_sim.diagnose.sizes import size_of
+from rcc_sim.diagnose.sizes import size_of, stiffest
 from rcc_sim.errors import InputError
 from rcc_sim.physics.effect import Effect, Param, meant
 from rcc_sim.units import unit_of
@@ -326,19 +326,6 @@ def of_battery(param: Param) -> bool:
     """Tell whether a figure is of the battery's readings alone."""
     sought = param.sought
     return {*sought.columns} <= {*BEYOND_SHAFT} and bool(sought.columns)
-
-
-def stiffest(problem: Problem) -> float:
-    """Slip stiffness [N] beyond which an imposed drive tells none: C = m v / T.
-
-    Wheels that slip by kappa = m a / C turn at v (1 + kappa) = v + a (m v / C): ahead
-    of the road by a time m v / C. The drive's acceleration is smeared over a time T
-    itself, a row or what smooths its speed to either side, and what that leaves is
-    taken up by any slip as well.
-    """
-    mass, row = problem.vehicle.body.mass_kg.value, problem.row
-    speed = float(np.sqrt(np.mean(problem.speed**2)))
-    return mass * speed / (2 * max(row, problem.drive.smear))
 
 
 def grid_of(problem: Problem, param: Param) -> tuple[float, ...]:

@@ -54,3 +54,16 @@ def most_asked(problem: Problem, column: str, sign: float) -> float:
     """Most that a drive asked of a current or a torque, in the model or in the log."""
     columns = (c[column] for c in (problem.nominal, problem.log) if column in c)
     return max((float(np.nanmax(sign * x)) for x in columns), default=0.0)
+
+
+def stiffest(problem: Problem) -> float:
+    """Slip stiffness [N] beyond which an imposed drive tells none: C = m v / T.
+
+    Wheels that slip by kappa = m a / C turn at v (1 + kappa) = v + a (m v / C): ahead
+    of the road by a time m v / C. The drive's acceleration is smeared over a time T
+    itself, a row or what smooths its speed to either side, and what that leaves is
+    taken up by any slip as well: noise of a speed looks like less behind a softer tyre.
+    """
+    mass, row = problem.vehicle.body.mass_kg.value, problem.row
+    speed = float(np.sqrt(np.mean(problem.speed**2)))
+    return mass * speed / (2 * max(row, problem.drive.smear))

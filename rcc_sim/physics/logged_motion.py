@@ -11,6 +11,7 @@ from rcc_sim.jit import jit
 from rcc_sim.physics.effects.motor_efficiency import ETA_MIN
 from rcc_sim.physics.params import LOGGED
 from rcc_sim.physics.run import actuate, begin, open_window, write
+from rcc_sim.physics.slip import behind_wheels
 from rcc_sim.physics.step import (
     electrify,
     mapped_efficiency,
@@ -109,6 +110,8 @@ def run_with_logged_motion(
                 actuate(p, c, s, u, 0.0, u.steer)
                 way = min((begun + (i + 1) * dt - time[before]) / span, 1.0)
                 v_1 = max(speed_between(speed, accel, before, way, span), 0.0)
+                if c.slips > 0.0:
+                    v_1 = behind_wheels(p, c, s, u, f, v_1, dt)
                 if p.lanes.steer == LOGGED:
                     step_steered(p, c, s, u, f, flow, v_1, dt)
                 else:

@@ -5,12 +5,15 @@ import math
 from rcc_sim.jit import jit
 from rcc_sim.physics.effects.gear_loss import gear_transmission
 from rcc_sim.physics.effects.longitudinal_slip import (
+    LOCKED,
     imposed_slip,
     lock_loss,
     pushed,
+    road_speed,
     slip_resistance,
     spun,
 )
+from rcc_sim.physics.powertrain import motor_brakes, torque_envelope
 
 
 @jit
@@ -71,6 +74,28 @@ def turn_wheels(p, c, s, f, F, v_1, dt):
     f.w = f.v * (1.0 + slip)
     f.w_1 = v_1 * (1.0 + slip)
     return 0.5 * c.J * c.n * (f.w_1 * f.w_1 - s.w * s.w) / (f.w * dt)
+
+
+@jit
+def behind_wheels(p, c, s, u, f, w_1, dt):
+    """Road speed [m/s] at the end of a step, the wheels' being the logged one, w_1.
+
+    What holds the vehicle and the shaft back is the last step's. The wheels push what
+    the motor gives: F, or in braking the larger of what a share of it, and the motor's
+    limit, leaves; the larger push belongs to the smaller road speed.
+    """
+    C = p.longitudinal_slip.stiffness_n
+    R = f.k * c.n * f.T_L - u.brake - c.m * f.a
+    v_1 = road_speed(w_1, s.v_x, c.m, dt, R, C)
+    kn = gear_transmission(-1.0, p.gear_loss.efficiency) * c.n
+    losses = f.visc + f.dry + f.iron
+    share = -motor_brakes(p, -1.0, s.v_x)
+    if share < 1.0:
+        push = share * R - (1.0 - share) * kn * losses
+        v_1 = min(v_1, road_speed(w_1, s.v_x, share * c.m, dt, push, C))
+    high = torque_envelope(p.motor.tau_max, p.motor.P_max, c.n * s.w)
+    least = kn * (max(c.tau_min, -high) - losses)
+    return min(v_1, w_1 / (1.0 + max(least / C, LOCKED)))
 
 
 @jit

@@ -300,13 +300,19 @@ def supply(p, c, s, u, f, flow, turning, v_1, dt):
         losses += f.twist
     high = deliver(p, c, u, f, F, losses)
     if c.slips > 0.0:
+        push = f.k * c.n * f.T_L
+        stiff = v_1 * f.k * c.n * c.n * c.J / (p.longitudinal_slip.stiffness_n * dt)
         for _ in range(PASSES):
-            spin = turn_wheels(p, c, s, f, f.k * c.n * f.T_L, v_1, dt)
+            spin = turn_wheels(p, c, s, f, push, v_1, dt)
             resist_turning(p, f, c.n * f.w)
             losses = f.visc + f.dry + f.iron + spin
             if EXTRA:
                 losses += f.twist
             high = deliver(p, c, u, f, F, losses)
+            more = f.k * c.n * f.T_L - push
+            if u.brake > 0.0:  # what the rotor takes is then less for the wheels
+                more /= 1.0 + stiff
+            push += more
     if u.tau > high:
         flow.short += dt
         flow.tau_over = max(flow.tau_over, u.tau / high)

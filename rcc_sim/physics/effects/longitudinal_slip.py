@@ -50,6 +50,22 @@ def imposed_slip(F, stiffness):
 
 
 @jit
+def road_speed(w_1, v_0, m, dt, F, C):
+    """Road speed [m/s] at the end of a step at which the driven wheels turn at w_1.
+
+    Solves w_1 = v_1 (1 + F_1/C), F_1 = F + m (v_1 - v_0)/dt, for v_1: the road's speed
+    comes to the wheels' in a time m v / C. F [N] is what they push without the mass m
+    [kg] that they move.
+    """
+    A = m / (C * dt)
+    B = 1.0 + (F - m * v_0 / dt) / C
+    root = math.sqrt(B * B + 4.0 * A * w_1)
+    if B > 0.0:
+        return 2.0 * w_1 / (B + root)
+    return 0.5 * (root - B) / A
+
+
+@jit
 def lock_loss(m, M, slip):
     """Energy [J] lost as wheels of inertia M [kg] and a vehicle of m [kg] join.
 

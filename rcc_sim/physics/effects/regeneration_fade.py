@@ -28,7 +28,9 @@ EFFECT = Effect(
             bounds=(0.0, inf),
             typical=(1.0, 5.0),
             about="speed below which friction brakes take over, all of it at a third",
-            sought=Sought(tried=(1.0, 2.0, 3.0, 5.0), shows_in=("imposed",)),
+            sought=Sought(
+                tried=(1.0, 2.0, 3.0, 5.0), shows_in=("imposed",), acts="steps"
+            ),
         ),
     ),
     channels=("motor_torque_nm", "battery_power_w"),
