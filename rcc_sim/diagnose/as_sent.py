@@ -13,37 +13,46 @@ from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.cause import ENOUGH
 from rcc_sim.diagnose.compete import Explanation
 from rcc_sim.diagnose.engine import Engine
+from rcc_sim.diagnose.fit import Fit
 from rcc_sim.simulate.drive import Drive
 
 
 def as_sent(
-    engine: Engine, found: Explanation, explained: Callable[[Engine], Explanation]
+    engine: Engine,
+    null: Fit | None,
+    explained: Callable[[Engine, Fit | None], Explanation],
 ) -> tuple[Engine, Explanation]:
     """Return logs and explanation, commands holding between rows where likelier.
 
     A command that runs straight from row to row leads one that holds by half a row; and
-    so do flows that are samples such as are means since the row before. A motor or a
-    steering that is late, or slow, may seem to hold it: where the vehicle as it is
-    stated likes it better so, and may do with what was found, or less, all is explained
-    once more, and the likelier explanation stands. A cause fewer is worth what one must
-    gain.
+    so do flows that are samples such as are means since the row before. Where the
+    vehicle as it is stated likes it better so, all is explained so. But a motor or a
+    steering that is late, or slow, may seem to hold it: where what was found may do as
+    well, or fewer causes, without, all is explained once more, and the likelier
+    explanation stands. A cause fewer is worth what one must gain.
+
+    ``null`` is what tolerances alone leave as the logs are, where that is known.
     """
     ways = list(zip(*(held(p.drive) for p in engine.problems), strict=False))
     others = engine.each(partial(with_drives, engine), ways)
     each = engine.each(likelihood, others)
     if not others or max(each) < likelihood(engine) + ENOUGH:
-        return engine, found
-    which = int(np.argmax(each))
-    best, acting = others[which], found.engine
-    with_causes = with_drives(acting, [held(p.drive)[which] for p in acting.problems])
-    now = descent.fit(with_causes, found.fit.values, found.fit.knobs)
+        return engine, explained(engine, null)
+    best = others[int(np.argmax(each))]
+    found = explained(best, None)
+    acting = found.engine
+    straight = [
+        replace(p.drive, held=q.drive.held, window=q.drive.window)
+        for p, q in zip(acting.problems, engine.problems, strict=True)
+    ]
+    now = descent.fit(with_drives(acting, straight), found.fit.values, found.fit.knobs)
     if now.score + ENOUGH * len(found.causes) <= found.fit.score:
-        return engine, found
-    again = explained(best)
-    fewer = len(found.causes) - len(again.causes)
-    if again.fit.score + ENOUGH * fewer <= found.fit.score:
-        return engine, found
-    return best, again
+        return best, found
+    other = explained(engine, null)
+    fewer = len(other.causes) - len(found.causes)
+    if found.fit.score + ENOUGH * fewer <= other.fit.score:
+        return engine, other
+    return best, found
 
 
 def with_drives(engine: Engine, drives: Sequence[Drive]) -> Engine:

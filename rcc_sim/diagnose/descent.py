@@ -316,10 +316,14 @@ def climbed(engine: Engine, now: Fit, knob: Knob, tried: Iterable[float] = ()) -
     others = [k for k in now.knobs if k.key != knob.key]
     row = engine.problems[0].row
     known: dict[float, Fit | None] = {}
+    along = engine.tangent(now.values, others, now.noise)
 
     def held(x: float) -> Fit | None:
         start = engine.attempt(now.values | {knob.key: x}, others, now.noise)
-        return start and replace(improve(engine, start, rounds=4), knobs=now.knobs)
+        if start is None:
+            return None
+        found = improve(engine, start, along=along, fixed=True, rounds=4)
+        return replace(found, knobs=now.knobs)
 
     def best_of(xs: Iterable[float], *fits: Fit) -> Fit:
         near = {round(x / row, 6): x for x in xs if x == knob.within(x)}

@@ -44,6 +44,7 @@ from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.pulls import moved, moved_together
 from rcc_sim.diagnose.remainder import clearest, remainder, with_cut
 from rcc_sim.diagnose.sizes import size_of
+from rcc_sim.diagnose.stands import is_steady, standing
 from rcc_sim.diagnose.sums import with_all_figures
 from rcc_sim.diagnose.ties import settled
 from rcc_sim.diagnose.tips import no_surer
@@ -54,11 +55,9 @@ from rcc_sim.diagnose.verdict import (
     battery_of_another,
     ends_early,
     estimates,
-    is_steady,
     may_be_nil,
     probability,
     proves_nothing,
-    standing,
     status_of,
     worsens,
 )
@@ -119,9 +118,11 @@ def diagnose(
             problems = [replace(p, unzeroed=offsets) for p in problems]
         felt = as_felt(Engine(problems))
         able = candidates_for(problems, candidates, withheld)
-        explained = partial(compete, candidates=able, told=told)
-        found = explained(felt.engine, null=felt.null)
-        engine, found = as_sent(felt.engine, found, explained)
+        engine, found = as_sent(
+            felt.engine,
+            felt.null,
+            lambda logs, null: compete(logs, able, told, null),
+        )
     gaps = tuple(where)
     hidden = tuple(dict.fromkeys(c for one in logs for c in one.hidden))
     told("what is left")

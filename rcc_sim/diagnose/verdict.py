@@ -14,35 +14,15 @@ from rcc_sim.analyse.logcheck.finding import Finding
 from rcc_sim.definitions.figure import Z_90
 from rcc_sim.diagnose.cause import ANOTHER_VEHICLE, ENOUGH, Cause
 from rcc_sim.diagnose.compete import Explanation
-from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import Knob
 from rcc_sim.diagnose.remainder import Remainder
 from rcc_sim.diagnose.screen import CLOSER, TICK
-from rcc_sim.diagnose.winner import shares_of
 from rcc_sim.physics.effect import Effect
 from rcc_sim.physics.effects import EFFECTS, neutral_of
 from rcc_sim.units import unit_of
 
 Array = NDArray[np.float64]
-
-WITHDRAWN = 0.2
-"""Share of a cause's nats, by the noise that it leaves as the remainder's are, that a
-remainder may have before the cause is withdrawn: of 201 drives of the blind plant with
-something in them, 0.03 at most in the tracks of causes that acted, 1.7 to 8.3 in those
-of causes that did not."""
-
-UNSTEADY, UNSTEADY_ENOUGH = 0.1, 20.0
-"""Share of a cause's nats, by the noise that it leaves, and nats, that its coming and
-going over time may gain: the larger of the two beside something unknown that is real;
-both together beside what chance may leave.
-
-In 139 of 143 drives of the blind plant in which what is named acts steadily nothing
-unknown is real, and in all it gains 16 nats beyond its share at most. In 20 in which a
-brake sticks or a drag warms up something is, and it gains 29 to 475. With the steering
-what is named gains 13 nats at most in 175 such drives, and 40 to 1180 in the nine in
-which a tyre rubs or a rack is not straight.
-"""
 
 SHRUNK, NO_ENERGY = 1 / 3, 1.5
 """Share to which the energy gap, and what is beyond noise, have to shrink on rows that
@@ -123,42 +103,6 @@ class Asserted:
     figures: dict[str, Estimate]
     instead: dict[str, dict[str, Estimate]] = field(default_factory=dict)
     alike: tuple[Fit, ...] = ()
-
-
-def standing(
-    engine: Engine, causes: Sequence[Cause], left: Remainder, fit: Fit
-) -> list[Cause]:
-    """Return the causes of a fit that what is left does not dwarf."""
-    now = [
-        c
-        if c.profiles
-        else replace(c, shares=shares_of(engine, fit, c.keys, fit.noise))
-        for c in causes
-    ]
-    return [
-        c
-        for c in now
-        if left.against(c.effect, c.shares) <= most_left(c.gain * c.sharpened, left)
-        and is_steady(c, left)
-    ]
-
-
-def is_steady(cause: Cause, left: Remainder) -> bool:
-    """Tell whether a cause that was taken as constant acts all the time."""
-    share = UNSTEADY * cause.gain * cause.sharpened
-    some = (share, UNSTEADY_ENOUGH)
-    most = max(some) if left.is_real else sum(some)
-    return left.change_of(cause.effect) <= most
-
-
-def most_left(gain: float, left: Remainder) -> float:
-    """Nats beyond which something unknown speaks against a cause that gained so many.
-
-    A weak remainder only where it is likelier than the cause itself.
-    """
-    if left.is_real:
-        return WITHDRAWN * gain
-    return max(gain, ENOUGH)
 
 
 def status_of(

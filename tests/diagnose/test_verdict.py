@@ -16,6 +16,7 @@ from rcc_sim.diagnose.noise import Whitener
 from rcc_sim.diagnose.remainder import UNKNOWN_ENOUGH, Remainder
 from rcc_sim.diagnose.run import _only
 from rcc_sim.diagnose.screen import Screen
+from rcc_sim.diagnose.stands import standing
 from rcc_sim.diagnose.verdict import (
     EVEN,
     SUREST,
@@ -27,7 +28,6 @@ from rcc_sim.diagnose.verdict import (
     proves_nothing,
     ranking,
     resolution,
-    standing,
     status_of,
     worsens,
 )

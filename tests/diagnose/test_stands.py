@@ -1,0 +1,79 @@
+"""A cause stands beside something unknown if it is needed beside that, too."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose import descent, stands
+from rcc_sim.diagnose.cause import ENOUGH, Cause
+from rcc_sim.diagnose.engine import Engine
+from rcc_sim.diagnose.knobs import Knob, nuisance_knobs
+from rcc_sim.diagnose.posed import problem_of
+from rcc_sim.diagnose.remainder import LATERAL_ENOUGH, Remainder, remainder
+from rcc_sim.diagnose.winner import shares_of
+from rcc_sim.trace import Trace
+from tests.winding import seen_of, winding
+
+CAR = load_vehicle("r1t")
+FRICTION = "effects.drivetrain_friction.torque_nm"
+SIZES = {"battery_power_w": 200.0, "motor_torque_nm": 1.0}
+
+
+@pytest.mark.parametrize(
+    ("gain", "left", "beside", "stays"),
+    [
+        (100.0, 19.0, 0.0, True),  # small beside the cause
+        (39.0, 25.0, 50.0, True),
+        (39.0, 25.0, ENOUGH - 0.1, False),  # does as well for both
+        (39.0, 40.0, 50.0, False),  # likelier than the cause
+    ],
+)
+def test_what_is_real_withdraws_a_cause_that_is_not_needed_beside_it(
+    monkeypatch, gain, left, beside, stays
+):
+    monkeypatch.setattr(stands, "nats_beside", lambda *_: beside)
+    grip = Remainder(left, "grip", "time_s", [], shares=np.ones(1))
+    assert left > LATERAL_ENOUGH  # it is real
+    cause = Cause("rear_cornering_stiffness", ("x",), gain, shares=np.ones(1))
+    whole = replace(grip, rivals=(grip,))
+    assert stands.outlives(None, cause, whole, None) is stays
+
+
+@pytest.mark.parametrize(
+    ("gain", "beside", "stays"),
+    [(25.0, 20.0, True), (25.0, 9.0, False), (31.0, 9.0, True)],
+)
+def test_of_what_chance_may_leave_as_much_may_be_left_without_the_cause(
+    monkeypatch, gain, beside, stays
+):
+    monkeypatch.setattr(stands, "nats_beside", lambda *_: beside)
+    drag = Remainder(30.0, "drag", "time_s", [], shares=np.ones(1))
+    cause = Cause("payload", ("x",), gain, shares=np.ones(1))
+    assert stands.outlives(None, cause, replace(drag, rivals=(drag,)), None) is stays
+
+
+def beside(torque, patch):
+    """Nats of a friction beside a drag that changes, on a road with a soft stretch."""
+    rng = np.random.default_rng(8)
+    given = winding()
+    free = problem_of(Trace(given), CAR)
+    hard, soft = (
+        free.run(CAR.changed(settings={FRICTION: x})) for x in (torque, torque + patch)
+    )
+    there = abs(given["time_s"] - 150.0) < 15.0
+    noisy = seen_of(hard, soft, there, SIZES, rng)
+    engine = Engine([problem_of(Trace(given | noisy), CAR)])
+    knobs = [*nuisance_knobs(engine.problems), Knob(FRICTION, 0.0, low=0.0, high=50.0)]
+    fit = descent.fit(engine, {FRICTION: torque + 0.1 * patch}, knobs)
+    shares = shares_of(engine, fit, (FRICTION,), fit.noise)
+    cause = Cause("drivetrain_friction", (FRICTION,), 100.0, shares=shares)
+    return stands.nats_beside(engine, cause, remainder(engine, fit), fit)
+
+
+@pytest.mark.slow
+def test_a_friction_is_needed_beside_a_drag_that_changes_if_it_acts():
+    assert beside(torque=4.0, patch=0.0) > ENOUGH
+    assert beside(torque=4.0, patch=1.0) > ENOUGH
+    assert beside(torque=0.0, patch=4.0) < 0.2 * ENOUGH
