@@ -148,7 +148,12 @@ def compete(
         if (
             varying
             and is_clear(varying, one, held, causes)
-            and not (best and one and goes_first(engine, current, best, one, varying))
+            and not (
+                best
+                and one
+                and best.trusted >= needed_gain(causes, one.shares)
+                and goes_first(engine, current, best, one, varying)
+            )
         ):
             ranking[varying.effect] = max(ranking.get(varying.effect, 0), varying.gain)
             left = remainder(engine, current)

@@ -67,3 +67,8 @@ def stiffest(problem: Problem) -> float:
     mass, row = problem.vehicle.body.mass_kg.value, problem.row
     speed = float(np.sqrt(np.mean(problem.speed**2)))
     return mass * speed / (2 * max(row, problem.drive.smear))
+
+
+def tells(problem: Problem, stiffness: float) -> bool:
+    """Tell whether a drive tells a stated slip stiffness [N] from a stiffer one."""
+    return not problem.drive.imposed or stiffness <= stiffest(problem)
