@@ -193,7 +193,7 @@ def candidates_for(
         if (only and name not in only) or not applies(first, effect):
             continue
         asked = name in withheld or name in only
-        if not asked and (effect.rare or not is_whole(first.vehicle, effect)):
+        if not (asked or is_usual(first, effect)):
             continue
         params = [p for p in effect.params if is_fitted(first, effect, p)]
         searches = tuple(s for p in params if (s := search_of(first, effect, p)).opens)
@@ -219,6 +219,18 @@ def applies(problem: Problem, effect: Effect) -> bool:
     if any(effect.id in known[other].excludes for other in stated):
         return False
     return shows_in(problem, effect.shows_in) and has_needs(vehicle, effect)
+
+
+def is_usual(problem: Problem, effect: Effect) -> bool:
+    """Tell whether an effect is sought where nobody asks for it.
+
+    A slip is not where the motion drives the model and its speed was smoothed: what
+    that leaves of the noise looks like less behind softer tyres, whatever is missing.
+    """
+    if effect.rare or not is_whole(problem.vehicle, effect):
+        return False
+    slips = any(p.acts == "slip" for p in effect.params)
+    return not (slips and problem.drive.imposed and problem.drive.smear > 0)
 
 
 def is_whole(vehicle: Vehicle, effect: Effect) -> bool:

@@ -10,7 +10,7 @@ from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.cause import ENOUGH, Cause
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
-from rcc_sim.diagnose.remainder import Remainder, remainder
+from rcc_sim.diagnose.remainder import UNKNOWN_ENOUGH, Remainder, remainder
 from rcc_sim.diagnose.winner import shares_of
 
 WITHDRAWN = 0.2
@@ -57,12 +57,13 @@ def outlives(engine: Engine, cause: Cause, left: Remainder, fit: Fit) -> bool:
     """Tell whether a cause stands beside something unknown in its tracks.
 
     Where that is small beside it, or may be left by chance and is no likelier. Else if
-    it is needed beside that, too; but not where what is real outweighs it.
+    it is needed beside that, too; but not where what is real outweighs it, or would be
+    real whatever it follows.
     """
     nats, gain = left.against(cause.effect, cause.shares), cause.gain * cause.sharpened
     if nats <= (WITHDRAWN * gain if left.is_real else max(gain, ENOUGH)):
         return True
-    if cause.profiles or (left.is_real and nats > gain):
+    if cause.profiles or (left.is_real and nats > min(gain, UNKNOWN_ENOUGH)):
         return False
     return nats_beside(engine, cause, left, fit) >= ENOUGH
 

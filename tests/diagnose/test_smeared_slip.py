@@ -7,7 +7,7 @@ import pytest
 
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.candidates import search_of
+from rcc_sim.diagnose.candidates import candidates_for, search_of
 from rcc_sim.diagnose.posed import problem_of
 from rcc_sim.physics.effects.longitudinal_slip import EFFECT
 from rcc_sim.simulate.run import simulate
@@ -42,6 +42,14 @@ def test_closer_rows_tell_a_stiffer_one_and_noise_a_softer_one():
     _, noisy = search(20.0, noise=0.03)
     assert close.high == pytest.approx(4 * wide.high, rel=0.02)
     assert noisy.high < 0.5 * close.high
+
+
+def test_behind_noise_it_is_sought_where_it_is_asked_for_alone():
+    """A softer tyre makes any noise of the motion look like less."""
+    clean, noisy = (search(20.0, noise)[0] for noise in (0.0, 0.03))
+    assert EFFECT.id in {c.effect for c in candidates_for([clean])}
+    assert EFFECT.id not in {c.effect for c in candidates_for([noisy])}
+    assert EFFECT.id in {c.effect for c in candidates_for([noisy], [EFFECT.id])}
 
 
 def test_a_drive_of_a_controller_tells_any():

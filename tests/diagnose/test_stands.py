@@ -27,7 +27,8 @@ SIZES = {"battery_power_w": 200.0, "motor_torque_nm": 1.0}
         (100.0, 19.0, 0.0, True),  # small beside the cause
         (39.0, 25.0, 50.0, True),
         (39.0, 25.0, ENOUGH - 0.1, False),  # does as well for both
-        (39.0, 40.0, 50.0, False),  # likelier than the cause
+        (39.0, 39.5, 50.0, False),  # likelier than the cause
+        (120.0, 41.0, 90.0, False),  # no cornering a little off
     ],
 )
 def test_what_is_real_withdraws_a_cause_that_is_not_needed_beside_it(
