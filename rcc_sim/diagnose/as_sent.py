@@ -16,20 +16,22 @@ from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.simulate.drive import Drive
 
+Way = Callable[[Engine, Fit | None, Callable[[Engine], Engine] | None], Explanation]
+"""How logs are explained: from a null, where known, and with the other way to drive."""
+
 
 def as_sent(
-    engine: Engine,
-    null: Fit | None,
-    explained: Callable[[Engine, Fit | None], Explanation],
+    engine: Engine, null: Fit | None, explained: Way
 ) -> tuple[Engine, Explanation]:
     """Return logs and explanation, commands holding between rows where likelier.
 
     A command that runs straight from row to row leads one that holds by half a row; and
     so do flows that are samples such as are means since the row before. Where the
     vehicle as it is stated likes it better so, all is explained so. But a motor or a
-    steering that is late, or slow, may seem to hold it: where what was found may do as
-    well, or fewer causes, without, all is explained once more, and the likelier
-    explanation stands. A cause fewer is worth what one must gain.
+    steering that is late, or slow, may seem to hold it: with the first cause it is
+    asked once more. Where what was found may do as well, or fewer causes, the other
+    way, all is explained that way, too, and the likelier explanation stands. A cause
+    fewer is worth what one must gain.
 
     ``null`` is what tolerances alone leave as the logs are, where that is known.
     """
@@ -37,22 +39,39 @@ def as_sent(
     others = engine.each(partial(with_drives, engine), ways)
     each = engine.each(likelihood, others)
     if not others or max(each) < likelihood(engine) + ENOUGH:
-        return engine, explained(engine, null)
-    best = others[int(np.argmax(each))]
-    found = explained(best, None)
-    acting = found.engine
-    straight = [
-        replace(p.drive, held=q.drive.held, window=q.drive.window)
-        for p, q in zip(acting.problems, engine.problems, strict=True)
-    ]
-    now = descent.fit(with_drives(acting, straight), found.fit.values, found.fit.knobs)
+        return engine, explained(engine, null, None)
+    begun, other = others[int(np.argmax(each))], engine
+    found = explained(begun, None, partial(driven_as, like=engine))
+    if are_driven_as(found.engine, engine):
+        begun, other, null = other, begun, None
+    now = descent.fit(
+        driven_as(found.engine, like=other), found.fit.values, found.fit.knobs
+    )
     if now.score + ENOUGH * len(found.causes) <= found.fit.score:
-        return best, found
-    other = explained(engine, null)
-    fewer = len(other.causes) - len(found.causes)
-    if found.fit.score + ENOUGH * fewer <= other.fit.score:
-        return engine, other
-    return best, found
+        return begun, found
+    again = explained(other, null, None)
+    fewer = len(again.causes) - len(found.causes)
+    if found.fit.score + ENOUGH * fewer <= again.fit.score:
+        return other, again
+    return begun, found
+
+
+def driven_as(engine: Engine, like: Engine) -> Engine:
+    """Return logs whose commands hold, and whose flows are means, as in others."""
+    drives = [
+        replace(p.drive, held=q.drive.held, window=q.drive.window)
+        for p, q in zip(engine.problems, like.problems, strict=True)
+    ]
+    return with_drives(engine, drives)
+
+
+def are_driven_as(engine: Engine, like: Engine) -> bool:
+    """Tell whether the commands of logs hold, and flows are means, as in others."""
+    pairs = zip(engine.problems, like.problems, strict=True)
+    return all(
+        (p.drive.held, p.drive.window) == (q.drive.held, q.drive.window)
+        for p, q in pairs
+    )
 
 
 def with_drives(engine: Engine, drives: Sequence[Drive]) -> Engine:

@@ -102,10 +102,12 @@ def compete(
     candidates: Sequence[Candidate],
     told: Callable[[str], None] = lambda _: None,
     null: Fit | None = None,
+    other: Callable[[Engine], Engine] | None = None,
 ) -> Explanation:
     """Find the smallest set of effects that the logs ask for.
 
-    ``null`` is what tolerances alone leave, where that is known.
+    ``null`` is what tolerances alone leave, where that is known; ``other`` another way
+    to drive the model, that is taken where it is likelier with the first cause.
     """
     told("tolerances")
     null = null or descent.of_tolerances(engine)
@@ -185,6 +187,9 @@ def compete(
         causes = taken_in(causes, near_to(one, held, known))
         current = descent.fit(engine, best.fit.values, best.fit.knobs, best.fit.noise)
         causes, current = with_all_figures(engine, current, causes, candidates)
+        if other:
+            engine, null, current = likelier(engine, null, current, other(engine))
+            other = None
     if late:
         effect = late.screened.candidate.effect
         ranking[effect] = max(ranking.get(effect, 0.0), late.gain)
@@ -198,6 +203,16 @@ def compete(
     seen = {effect: told_from(r) for effect, r in tried.items()}
     hidden = frozenset(e for e, r in tried.items() if not shows(r, seen[e]))
     return Explanation(engine, null, current, tuple(causes), ranking, seen, hidden)
+
+
+def likelier(
+    engine: Engine, null: Fit, fit: Fit, other: Engine
+) -> tuple[Engine, Fit, Fit]:
+    """Return the likelier of two ways to drive the model; with null and fit there."""
+    now = descent.fit(other, fit.values, fit.knobs)
+    if now.score <= fit.score:
+        return engine, null, fit
+    return other, woken(other, descent.of_tolerances(other)), now
 
 
 def acting(

@@ -121,7 +121,7 @@ def diagnose(
         engine, found = as_sent(
             felt.engine,
             felt.null,
-            lambda logs, null: compete(logs, able, told, null),
+            lambda logs, null, other: compete(logs, able, told, null, other),
         )
     gaps = tuple(where)
     hidden = tuple(dict.fromkeys(c for one in logs for c in one.hidden))

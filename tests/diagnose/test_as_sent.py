@@ -2,10 +2,13 @@
 
 import numpy as np
 import pytest
+from scipy.ndimage import uniform_filter1d
 
 from rcc_sim.analyse.logged import Logged
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose import run
+from rcc_sim.diagnose.compete import compete
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.similitude.cycles import scale_cycle
 from rcc_sim.simulate.drive import drive_of, holds
@@ -23,6 +26,9 @@ NOISE = {
 }
 
 
+FLOWS = ("accel_y_mps2", "motor_current_a")
+
+
 @pytest.fixture(scope="module")
 def asked():
     """What a scaled drive with lane changes asks for, tick by tick."""
@@ -32,10 +38,14 @@ def asked():
     return {c: run[c] for c in ("time_s", *COMMANDS)}
 
 
-def sent(asked, row, delay=0.0):
-    """A log of commands that were sent at each of its rows, and held."""
+def sent(asked, row, delay=0.0, *, hold=True):
+    """A log of commands that were sent at each of its rows, and held; or every tick.
+
+    Its flows are samples if they held, and means since the row before if not.
+    """
     every = round(row / TICK)
-    held = {c: np.repeat(asked[c][::every], every) for c in COMMANDS}
+    once = every if hold else 1
+    held = {c: np.repeat(asked[c][::once], once) for c in COMMANDS}
     n = min(len(x) for x in (asked["time_s"], *held.values()))
     time = asked["time_s"][:n]
     true = CAR.changed(effects={"steering_delay": {"delay_s": delay}} if delay else {})
@@ -44,7 +54,8 @@ def sent(asked, row, delay=0.0):
     rng = np.random.default_rng(3)
     columns = {name: x[::every] for name, x in columns.items()}
     for name, sd in NOISE.items():
-        x = seen[name][::every]
+        mean = uniform_filter1d(seen[name], every, origin=every // 2 - 1)
+        x = (mean if name in FLOWS and not hold else seen[name])[::every]
         columns[name] = x + rng.normal(0, sd, len(x))
     columns["speed_mps"] = np.abs(columns["speed_mps"])
     return Logged(Trace(columns, name="sent"), (), None)
@@ -63,3 +74,23 @@ def test_a_delay_beyond_a_row_is_one(asked):
     (one,) = diagnose([log], CAR, candidates=rivals).asserted
     assert one.cause.effect == "steering_delay"
     assert one.figures["delay_s"].value == pytest.approx(0.08, abs=0.004)
+
+
+def test_with_its_first_cause_a_log_is_asked_again_whether_commands_hold(
+    asked, monkeypatch
+):
+    """A delay seems to hold them; all else is found as they run."""
+    ways = []
+
+    def watched(logs, *args):
+        found = compete(logs, *args)
+        ways.append([e.problems[0].drive.held for e in (logs, found.engine)])
+        return found
+
+    monkeypatch.setattr(run, "compete", watched)
+    rivals = ("steering_delay", "steering_lag", "steering_gain", "sensor_delay")
+    log = sent(asked, 0.02, delay=0.07, hold=False)
+    (one,) = diagnose([log], CAR, candidates=rivals).asserted
+    assert one.cause.effect == "steering_delay"
+    assert one.figures["delay_s"].value == pytest.approx(0.07, abs=0.004)
+    assert ways[0] == [(False, True), (False, False)]
