@@ -156,6 +156,8 @@ ADVICE = {
     "tyres.radius_m": "rolling radius in metres",
     "tyres.front_cornering_stiffness_n_per_rad": "N/rad of ONE tyre (an axle has two)",
     "tyres.rear_cornering_stiffness_n_per_rad": "N/rad of ONE tyre (an axle has two)",
+    "tyres.friction_coefficient": "for the groups of pi; what limits the tyres' force "
+    "is effects.tyre_saturation",
     "drivetrain.gear_ratio": "motor turns per wheel turn",
     "motor.poles": "number of poles, not of pole pairs: an even number",
     "controller.mode": 'one of "speed", "torque", "throttle"',
@@ -169,9 +171,9 @@ ADVICE = {
     "is stated",
     "sensors.latency_s": "how late it reads, one for all columns of a sensor; the same "
     "as that sensor's figure of effects.sensor_delay, which counts where both stand",
-    "sensors.scale_sd": "share by which it may read too much or too little; of "
+    "sensors.scale_sd": "share by which it may read too much or too little: of "
     "motor_torque_nm, 0.03 where none is stated, of elevation_m, 0.1, of yaw rate and "
-    "accelerations, 0.015",
+    "accelerations, 0.015; of no other (a current's is effects.current_sensor_scale)",
     "vehicle.name": "letters, digits, _ . and - only",
 }
 """Key -> what to say when its value is refused."""

@@ -20,7 +20,8 @@ EFFECT = Effect(
             neutral=0.0,
             bounds=(0.0, 1.0),
             typical=(0.05, 0.5),
-            about="of each braking torque at the shaft, what friction brakes take",
+            about="of each braking torque at the shaft, what friction brakes take; the "
+            "motor's limit comes after it",
             sought=Sought(shows_in=("imposed",)),
         ),
     ),

@@ -41,7 +41,9 @@ EFFECT = Effect(
             neutral=1.0,
             bounds=(0.05, 1.2),
             typical=(0.6, 0.97),
-            about="factor on the map; without a map the efficiency itself",
+            about="factor on the map, whose edge holds beyond it; without a map the "
+            "efficiency itself. Nothing is lost at no torque: what drags a coasting "
+            "motor is the driveline's",
             optional=True,
         ),
     ),
