@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.analyse.gap_regimes import moving_mean, rows_in
-from rcc_sim.analyse.offsets import noise_at_rest, noise_of
+from rcc_sim.analyse.offsets import noise_at_rest
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.simulate.roughness import rounded_to, sensor_noise, spells
 from rcc_sim.trace import Trace
@@ -78,16 +78,25 @@ def flowed(log: Trace, beside: Array, metered: float) -> Array:
     smaller by it. What is slow is the model's error; of what is fast, the share
     ``metered`` is noise.
     """
-    slow = moving_mean(beside, rows_in(log["time_s"], STEADY))
+    slow = evened(log, beside)
     return slow + (1 - metered) * np.nan_to_num(beside - slow)
 
 
-def metered(log: Trace, predicted: Array) -> float:
-    """Share of what is fast in the current beside the model's that is noise.
+def evened(log: Trace, current: Array) -> Array:
+    """Return a current without what is fast in it. [A]"""
+    return moving_mean(current, rows_in(log["time_s"], STEADY))
 
-    As much as the meter scatters at rest; where the vehicle hardly ever stands, as what
-    it reads bends from row to row, if that is less.
+
+def metered(log: Trace, predicted: Array) -> float:
+    r"""Share of what is fast in the current beside the model's, squared, that is noise.
+
+    .. math:: \sigma^2 / \overline{(\Delta i - \bar{\Delta i})^2}
+
+    with sigma as the meter scatters at rest; where the vehicle hardly ever stands, as
+    what it reads bends from row to row, if that is less. (The model errs most where
+    most flows: by how it usually errs the share would be several times as large.)
     """
     noise = min(noise_at_rest(log, CURRENT), sensor_noise(log[CURRENT]))
-    fast = noise_of(np.diff(log[CURRENT] - predicted))
-    return min(noise / fast, 1.0) ** 2 if fast > 0 else 0.0
+    beside = log[CURRENT] - predicted
+    power = float(np.nanmean((beside - evened(log, beside)) ** 2))
+    return min(noise**2 / power, 1.0) if power > 0 else 0.0

@@ -14,7 +14,7 @@ from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.misread import unjudged
 from rcc_sim.diagnose.posed import problem_of
 from rcc_sim.diagnose.run import diagnose
-from rcc_sim.diagnose.terminals import metered, tells
+from rcc_sim.diagnose.terminals import CURRENT, evened, metered, tells
 from rcc_sim.errors import InputError
 from rcc_sim.simulate.run import LaneChanges, simulate
 from rcc_sim.trace import Trace
@@ -185,3 +185,20 @@ def test_a_meter_s_noise_is_known_without_a_stand():
     assert metered(log, true) > 0.9
     jitters = true + rng.normal(0, 0.3, len(t))  # as a model on a noisy speed
     assert metered(log, jitters) < 0.15
+
+
+def test_a_model_that_errs_most_where_most_flows_errs_more_than_the_meter():
+    """What truly flowed beside the model, regressed on what the meter reads so."""
+    rng = np.random.default_rng(6)
+    t = np.arange(0.0, 600.0, 0.1)
+    stands = t < 100.0
+    errs = np.where(np.sin(t / 7.0) > 0.7, 8.0, 0.3) * ~stands
+    beside = errs * rng.normal(size=len(t))
+    model = 30.0 * ~stands
+    read = model + beside + rng.normal(0.0, 0.5, len(t))
+    speed = 12.0 * ~stands
+    log = Trace({"time_s": t, "speed_mps": speed, CURRENT: read})
+    seen = read - model
+    fast, true = (x - evened(log, x) for x in (seen, beside))
+    share = float(fast @ true / (fast @ fast))
+    assert 1 - metered(log, model) == pytest.approx(share, abs=0.005)
