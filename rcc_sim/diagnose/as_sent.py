@@ -26,12 +26,12 @@ def as_sent(
     """Return logs and explanation, commands holding between rows where likelier.
 
     A command that runs straight from row to row leads one that holds by half a row; and
-    so do flows that are samples such as are means since the row before. Where the
-    vehicle as it is stated likes it better so, all is explained so. But a motor or a
-    steering that is late, or slow, may seem to hold it: with the first cause it is
-    asked once more. Where what was found may do as well, or fewer causes, the other
-    way, all is explained that way, too, and the likelier explanation stands. A cause
-    fewer is worth what one must gain.
+    so do flows that are samples such as are means since the row before. The vehicle as
+    it is stated may like it better so; but a motor or a steering that is late, or slow,
+    may seem to hold it: with the first cause it is asked, and all is explained so if it
+    still is. Where what was found may do as well, or fewer causes, the other way, all
+    is explained that way, too, and the likelier explanation stands. A cause fewer is
+    worth what one must gain.
 
     ``null`` is what tolerances alone leave as the logs are, where that is known.
     """
@@ -40,16 +40,16 @@ def as_sent(
     each = engine.each(likelihood, others)
     if not others or max(each) < likelihood(engine) + ENOUGH:
         return engine, explained(engine, null, None)
-    begun, other = others[int(np.argmax(each))], engine
-    found = explained(begun, None, partial(driven_as, like=engine))
-    if are_driven_as(found.engine, engine):
-        begun, other, null = other, begun, None
+    begun, other = engine, others[int(np.argmax(each))]
+    found = explained(engine, null, partial(driven_as, like=other))
+    if are_driven_as(found.engine, other):
+        begun, other = other, begun
     now = descent.fit(
         driven_as(found.engine, like=other), found.fit.values, found.fit.knobs
     )
     if now.score + ENOUGH * len(found.causes) <= found.fit.score:
         return begun, found
-    again = explained(other, null, None)
+    again = explained(other, null if other is engine else None, None)
     fewer = len(again.causes) - len(found.causes)
     if found.fit.score + ENOUGH * fewer <= again.fit.score:
         return other, again

@@ -107,8 +107,9 @@ def compete(
     """Find the smallest set of effects that the logs ask for.
 
     ``null`` is what tolerances alone leave, where that is known; ``other`` another way
-    to drive the model, that is taken where it is likelier with the first cause.
+    to drive the model: all is begun anew so where it is likelier with the first cause.
     """
+    base = engine
     told("tolerances")
     null = null or descent.of_tolerances(engine)
     null = woken(engine, null)
@@ -187,9 +188,9 @@ def compete(
         causes = taken_in(causes, near_to(one, held, known))
         current = descent.fit(engine, best.fit.values, best.fit.knobs, best.fit.noise)
         causes, current = with_all_figures(engine, current, causes, candidates)
-        if other:
-            engine, null, current = likelier(engine, null, current, other(engine))
-            other = None
+        if other and is_likelier(other(engine), current):
+            return compete(other(base), candidates, told)
+        other = None
     if late:
         effect = late.screened.candidate.effect
         ranking[effect] = max(ranking.get(effect, 0.0), late.gain)
@@ -205,14 +206,9 @@ def compete(
     return Explanation(engine, null, current, tuple(causes), ranking, seen, hidden)
 
 
-def likelier(
-    engine: Engine, null: Fit, fit: Fit, other: Engine
-) -> tuple[Engine, Fit, Fit]:
-    """Return the likelier of two ways to drive the model; with null and fit there."""
-    now = descent.fit(other, fit.values, fit.knobs)
-    if now.score <= fit.score:
-        return engine, null, fit
-    return other, woken(other, descent.of_tolerances(other)), now
+def is_likelier(engine: Engine, fit: Fit) -> bool:
+    """Tell whether logs driven another way are likelier by the same figures."""
+    return descent.fit(engine, fit.values, fit.knobs).score > fit.score
 
 
 def acting(

@@ -76,10 +76,16 @@ def test_a_delay_beyond_a_row_is_one(asked):
     assert one.figures["delay_s"].value == pytest.approx(0.08, abs=0.004)
 
 
-def test_with_its_first_cause_a_log_is_asked_again_whether_commands_hold(
-    asked, monkeypatch
+STRAIGHT = (False, False)
+
+
+@pytest.mark.parametrize(
+    ("hold", "delay", "way"), [(True, 0.0, (True, True)), (False, 0.07, STRAIGHT)]
+)
+def test_with_its_first_cause_a_log_is_asked_whether_commands_hold(
+    asked, monkeypatch, hold, delay, way
 ):
-    """A delay seems to hold them; all else is found as they run."""
+    """A delay seems to hold them, and commands that hold seem late."""
     ways = []
 
     def watched(logs, *args):
@@ -89,8 +95,8 @@ def test_with_its_first_cause_a_log_is_asked_again_whether_commands_hold(
 
     monkeypatch.setattr(run, "compete", watched)
     rivals = ("steering_delay", "steering_lag", "steering_gain", "sensor_delay")
-    log = sent(asked, 0.02, delay=0.07, hold=False)
-    (one,) = diagnose([log], CAR, candidates=rivals).asserted
-    assert one.cause.effect == "steering_delay"
-    assert one.figures["delay_s"].value == pytest.approx(0.07, abs=0.004)
-    assert ways[0] == [(False, True), (False, False)]
+    log = sent(asked, 0.02, delay=delay, hold=hold)
+    causes = diagnose([log], CAR, candidates=rivals).asserted
+    told = [(a.cause.effect, a.figures["delay_s"].value) for a in causes]
+    assert told == [("steering_delay", pytest.approx(delay, abs=0.004))] * (delay > 0)
+    assert ways[0] == [STRAIGHT, way]
