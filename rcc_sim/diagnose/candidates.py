@@ -11,7 +11,7 @@ import numpy as np
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.shapes import BEYOND_SHAFT
-from rcc_sim.diagnose.sizes import size_of, stiffest, tells
+from rcc_sim.diagnose.sizes import size_of, stiffest, tells_slip
 from rcc_sim.errors import InputError
 from rcc_sim.physics.effect import Effect, Param, meant
 from rcc_sim.units import unit_of
@@ -279,8 +279,8 @@ def is_fitted(problem: Problem, effect: Effect, param: Param) -> bool:
     if not sought.fitted or not shows_in(problem, sought.shows_in):
         return False
     if param.acts == "slip" and param.name in given:
-        stated = problem.vehicle.figures()[f"effects.{effect.id}.{param.name}"]
-        if not tells(problem, stated.value):
+        stated = problem.stated(f"effects.{effect.id}.{param.name}")
+        if not tells_slip(problem, stated):
             return False
     return not sought.columns or any(c in problem.channels for c in sought.columns)
 

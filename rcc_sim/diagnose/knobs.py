@@ -15,7 +15,7 @@ from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.lateness import battery_channel
 from rcc_sim.diagnose.problem import WHEELS, WHEELS_SD, Problem
 from rcc_sim.diagnose.shapes import SCALE
-from rcc_sim.diagnose.sizes import tells
+from rcc_sim.diagnose.sizes import tells_slip
 
 Array = NDArray[np.float64]
 
@@ -143,7 +143,7 @@ def tolerance_knobs(problem: Problem) -> list[Knob]:
     for key, figure in problem.vehicle.figures().items():
         if key == YAW_INERTIA and problem.drive.turns_as_measured:
             continue  # its torque is that of the yaw rate's noise
-        if key == SLIP and not tells(problem, figure.value):
+        if key == SLIP and not tells_slip(problem, figure.value):
             continue  # what it does is less than the drive is smeared by
         sd = sd_of(figure)
         if sd > 0 and key == "tyres.radius_m":

@@ -69,6 +69,6 @@ def stiffest(problem: Problem) -> float:
     return mass * speed / (2 * max(row, problem.drive.smear))
 
 
-def tells(problem: Problem, stiffness: float) -> bool:
+def tells_slip(problem: Problem, stiffness: float) -> bool:
     """Tell whether a drive tells a stated slip stiffness [N] from a stiffer one."""
     return not problem.drive.imposed or stiffness <= stiffest(problem)

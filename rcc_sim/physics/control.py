@@ -11,6 +11,7 @@ from rcc_sim.physics.effects.steering_offset import offset_angle
 from rcc_sim.physics.effects.throttle_dead_zone import felt_throttle
 from rcc_sim.physics.effects.throttle_gain import given_force
 from rcc_sim.physics.powertrain import (
+    least_torque,
     motor_brakes,
     torque_envelope,
     voltage_limited_current,
@@ -101,8 +102,7 @@ def split_force(p, c, flow, F, omega, tau_loss):
         if wanted > reach and reach < high:
             high = reach
             flow.limited += p.control.T_loop
-    low = max(c.tau_min, -torque_envelope(p.motor.tau_max, p.motor.P_max, omega))
-    low = max(low, motor_brakes(p, wanted, omega / c.n))
+    low = max(least_torque(p, c, omega), motor_brakes(p, wanted, omega / c.n))
     if wanted > high:
         return high, 0.0
     if wanted < low:

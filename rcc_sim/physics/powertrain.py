@@ -64,6 +64,12 @@ def dq_voltages(i_q, omega, *, R, L_q, poles, flux_linkage):
 
 
 @jit
+def least_torque(p, c, omega):
+    """Torque [N m] below which the motor does not brake at omega [rad/s]."""
+    return max(c.tau_min, -torque_envelope(p.motor.tau_max, p.motor.P_max, omega))
+
+
+@jit
 def motor_brakes(p, tau, v):
     """Torque [N m] that friction brakes leave to the motor of a demand at v [m/s]."""
     if tau >= 0.0:

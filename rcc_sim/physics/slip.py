@@ -13,7 +13,7 @@ from rcc_sim.physics.effects.longitudinal_slip import (
     slip_resistance,
     spun,
 )
-from rcc_sim.physics.powertrain import motor_brakes, torque_envelope
+from rcc_sim.physics.powertrain import least_torque, motor_brakes
 
 
 @jit
@@ -93,8 +93,7 @@ def behind_wheels(p, c, s, u, f, w_1, dt):
     if share < 1.0:
         push = share * R - (1.0 - share) * kn * losses
         v_1 = min(v_1, road_speed(w_1, s.v_x, share * c.m, dt, push, C))
-    high = torque_envelope(p.motor.tau_max, p.motor.P_max, c.n * s.w)
-    least = kn * (max(c.tau_min, -high) - losses)
+    least = kn * (least_torque(p, c, c.n * s.w) - losses)
     return min(v_1, w_1 / (1.0 + max(least / C, LOCKED)))
 
 

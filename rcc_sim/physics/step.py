@@ -39,7 +39,12 @@ from rcc_sim.physics.effects.steering_lag import caught_up
 from rcc_sim.physics.effects.wheel_radius import true_radius
 from rcc_sim.physics.effects.yaw_inertia import true_yaw_inertia
 from rcc_sim.physics.extra import EXTRA, act, book_draw
-from rcc_sim.physics.powertrain import motor_brakes, q_current, torque_envelope
+from rcc_sim.physics.powertrain import (
+    least_torque,
+    motor_brakes,
+    q_current,
+    torque_envelope,
+)
 from rcc_sim.physics.slip import count_slip, slide, turn_wheels
 from rcc_sim.units import G
 
@@ -327,7 +332,7 @@ def deliver(p, c, u, f, F, losses):
     f.k = gear_transmission(F, eta)
     u.tau = F / (f.k * c.n) + losses
     high = torque_envelope(p.motor.tau_max, p.motor.P_max, c.n * f.w)
-    low = max(c.tau_min, -high, motor_brakes(p, u.tau, f.v))
+    low = max(least_torque(p, c, c.n * f.w), motor_brakes(p, u.tau, f.v))
     u.brake = 0.0
     if u.tau < low:
         u.tau = low
