@@ -75,7 +75,7 @@ def bmw(path: Path) -> str:
         bias = float(np.mean(estimate - heater[known]))
         row += f"correlation {alike:5.3f}, by minutes {slowly:5.3f}  "
         row += f"bias {bias:+5.0f} W  "
-    before, after = found.energy_before or 0.0, found.energy_after or 0.0
+    before, after = found.proof.before or 0.0, found.proof.after or 0.0
     return row + f"energy {before:+5.1f} -> {after:+5.2f} %"
 
 

@@ -164,7 +164,7 @@ def diagnose_row(log: str, options: Mapping[str, Any]) -> Row:
         "status": result.status,
         **{key: energy[key] for key in ENERGIES},
         **causes(result),
-        "explained": result.shrink.explained,
+        "explained": result.proof.shrink.explained,
         "unexplained": result.document()["unexplained"]["fraction"],
         **found(result.gap.findings),
         **evidence(logged, car, result.found.null, candidates),

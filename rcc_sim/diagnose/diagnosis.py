@@ -16,7 +16,7 @@ from rcc_sim.diagnose.cause import ANOTHER_VEHICLE
 from rcc_sim.diagnose.compete import Explanation
 from rcc_sim.diagnose.experiment import Experiment
 from rcc_sim.diagnose.fit import Fit
-from rcc_sim.diagnose.hold_out import Shrink
+from rcc_sim.diagnose.hold_out import Proof
 from rcc_sim.diagnose.knobs import BIAS, OWN, RADIUS, Knob
 from rcc_sim.diagnose.posed import problem_of
 from rcc_sim.diagnose.prices import Prices, prices
@@ -57,13 +57,8 @@ class Diagnosis:
         Tolerances and the causes that stand.
     left : Remainder
         What none of the effects explains.
-    shrink : Shrink
-        Proof on rows that no fit saw.
-    energy_before, energy_after : float or None
-        Energy gap on such rows with the nominal vehicle, and with the mended one. [%]
-    by_torque : bool
-        Whether both ran by a torque that was measured: where there is one, the drive is
-        imposed, and no cause changes anything up to the motor's shaft.
+    proof : Proof
+        What the causes do for rows that no fit saw.
     experiments : tuple of Experiment
         Runs that would settle what is tied, or wide; best first.
     kept_back : tuple of str
@@ -88,10 +83,7 @@ class Diagnosis:
     found: Explanation
     fit: Fit
     left: Remainder
-    shrink: Shrink
-    energy_before: float | None
-    energy_after: float | None
-    by_torque: bool
+    proof: Proof
     experiments: tuple[Experiment, ...] = ()
     kept_back: tuple[str, ...] = ()
     withdrawn: tuple[str, ...] = ()
@@ -125,10 +117,10 @@ class Diagnosis:
                 "held_out": True,
                 "logs": list(self.kept_back),
                 "withdrawn": list(self.withdrawn),
-                **asdict(self.shrink),
-                "energy_gap_percent_before": self.energy_before,
-                "energy_gap_percent_after": self.energy_after,
-                "energy_by_measured_torque": self.by_torque,
+                **asdict(self.proof.shrink),
+                "energy_gap_percent_before": self.proof.before,
+                "energy_gap_percent_after": self.proof.after,
+                "energy_by_measured_torque": self.proof.by_torque,
             },
             "by_log": [
                 {
@@ -199,7 +191,8 @@ class Diagnosis:
         """Share of the gap beyond noise that stays; all of it where nothing stands."""
         if self.status == "unexplained":
             return 1.0
-        return 1.0 - max(self.shrink.explained, 0.0) if self.left.is_real else 0.0
+        explained = max(self.proof.shrink.explained, 0.0)
+        return 1.0 - explained if self.left.is_real else 0.0
 
     @cached_property
     def prices(self) -> Prices | None:

@@ -61,6 +61,27 @@ class Shrink:
     high: float
 
 
+@dataclass(frozen=True)
+class Proof:
+    """What causes do for rows that no fit saw.
+
+    Parameters
+    ----------
+    shrink : Shrink
+        Of what is beyond noise, row by row.
+    before, after : float or None
+        Energy gap there with the nominal vehicle, and with the mended one. [%]
+    by_torque : bool
+        Whether both ran by a torque that was measured: where there is one, the drive is
+        imposed, and no cause changes anything up to the motor's shaft.
+    """
+
+    shrink: Shrink
+    before: float | None
+    after: float | None
+    by_torque: bool
+
+
 def folds(engine: Engine) -> list[tuple[list[Mask], list[Mask]]]:
     """Rows to fit on and rows to judge on, per log, for each of two folds."""
     out = []
@@ -151,8 +172,8 @@ def proof(
     level: Mapping[str, float],
     *,
     by_torque: bool,
-) -> tuple[Shrink, float | None, float | None]:
-    """Return the shrink, and the energy gap before and after, on rows held out.
+) -> Proof:
+    """Return what causes do for rows held out.
 
     These are other logs that were kept back, else each half of the logs in turn. On
     another log a cause that varies over the drive acts at its ``level``.
@@ -160,24 +181,21 @@ def proof(
     else from its motion.
     """
     driven = partial(driven_by, by_torque=by_torque)
-    if not holdouts:
+    was: list[tuple[dict[str, float], Sequence[Mask] | None]]
+    now: list[tuple[dict[str, float], Sequence[Mask] | None]]
+    if holdouts:
+        other, values = Engine(holdouts), {**fit.values, **level}
+        shrink = kept_back(other, figures_of(values))
+        stated = mended = driven(holdouts)
+        was, now = [({}, None)], [(values, None)]
+    else:
         fitted = halves(acting, fit)
-        return (
-            hold_out(acting, nominal, fit, fitted),
-            energy_percent(
-                driven(nominal.problems), (({}, rows) for _, rows in fitted)
-            ),
-            energy_percent(
-                driven(acting.problems), ((half.values, rows) for half, rows in fitted)
-            ),
-        )
-    other = Engine(holdouts)
-    values = {**fit.values, **level}
-    return (
-        kept_back(other, figures_of(values)),
-        energy_percent(driven(holdouts), [({}, None)]),
-        energy_percent(driven(holdouts), [(values, None)]),
-    )
+        shrink = hold_out(acting, nominal, fit, fitted)
+        stated, mended = driven(nominal.problems), driven(acting.problems)
+        was = [({}, rows) for _, rows in fitted]
+        now = [(half.values, rows) for half, rows in fitted]
+    before, after = energy_percent(stated, was), energy_percent(mended, now)
+    return Proof(shrink, before, after, by_torque)
 
 
 def driven_by(problems: Sequence[Problem], *, by_torque: bool) -> Sequence[Problem]:

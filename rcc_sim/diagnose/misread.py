@@ -1,4 +1,4 @@
-"""Sensors that a fit found to read what the rest of a log contradicts."""
+"""What to say of a log once it is explained: sensors that the rest contradicts."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from math import inf
 from rcc_sim.analyse.logcheck.finding import Finding
 from rcc_sim.diagnose.altimeter import Wander
 from rcc_sim.diagnose.cause import Cause
+from rcc_sim.diagnose.direct import FELT, disagreeing
+from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import BIAS, delay_knobs, scale_key
 from rcc_sim.diagnose.lateness import battery_channel
@@ -59,6 +61,37 @@ TELLS = {
     True: "the accelerometer felt neither clearly",
 }
 """What tells a slope from a drag, by whether the log has an accelerometer."""
+
+
+def findings_of(
+    engine: Engine,
+    fit: Fit,
+    log: int,
+    wanders: Mapping[int, Wander],
+    causes: Sequence[Cause],
+) -> tuple[Finding, ...]:
+    """Return what to say of a log once it is explained.
+
+    Parameters
+    ----------
+    engine, fit : Engine, Fit
+        The logs, and tolerances and causes.
+    log : int
+        Which of them.
+    wanders : mapping
+        Log -> by how much its heights were off, where they were or may be.
+    causes : sequence of Cause
+        What stands.
+    """
+    problem = engine.problems[log]
+    return (
+        *misread(fit, log),
+        *behind(fit, problem),
+        *wandering(wanders, log, accelerometer=FELT in problem.channels),
+        *disagreeing(engine, fit, log),
+        *without_bends(problem, causes),
+        *unjudged(problem, causes),
+    )
 
 
 def misread(fit: Fit, log: int = 0) -> tuple[Finding, ...]:

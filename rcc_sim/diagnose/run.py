@@ -18,44 +18,32 @@ from rcc_sim.analyse.gap import Gap, gap
 from rcc_sim.analyse.logged import Logged
 from rcc_sim.analyse.offsets import OFFSETS
 from rcc_sim.definitions.vehicle import Vehicle
-from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.as_felt import as_felt
 from rcc_sim.diagnose.as_sent import as_sent
 from rcc_sim.diagnose.by_log import allowed_of, each_log, noise_of
 from rcc_sim.diagnose.candidates import candidates_for
 from rcc_sim.diagnose.cause import Cause
-from rcc_sim.diagnose.compete import Explanation, compete
+from rcc_sim.diagnose.compete import compete
 from rcc_sim.diagnose.dense import rows_to_one, thinned, with_fewer_rows
 from rcc_sim.diagnose.diagnosis import Diagnosis
-from rcc_sim.diagnose.direct import FELT, disagreeing
 from rcc_sim.diagnose.engine import MEMORY, Engine
 from rcc_sim.diagnose.experiment import next_experiments
 from rcc_sim.diagnose.fit import Fit
-from rcc_sim.diagnose.hold_out import leave_shaft, proof
-from rcc_sim.diagnose.misread import (
-    behind,
-    misread,
-    unjudged,
-    wandering,
-    without_bends,
-)
+from rcc_sim.diagnose.hold_out import Proof, leave_shaft, proof
+from rcc_sim.diagnose.misread import findings_of
 from rcc_sim.diagnose.posed import problem_of
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.pulls import moved, moved_together
-from rcc_sim.diagnose.remainder import clearest, remainder, with_cut
 from rcc_sim.diagnose.sizes import size_of
-from rcc_sim.diagnose.stands import is_steady, standing
-from rcc_sim.diagnose.sums import with_all_figures
-from rcc_sim.diagnose.ties import settled
+from rcc_sim.diagnose.stands import what_stands, without_any
 from rcc_sim.diagnose.tips import no_surer
 from rcc_sim.diagnose.verdict import (
     DOUBTLESS,
     EVEN,
-    Asserted,
+    asserted_of,
     battery_of_another,
     ends_early,
     estimates,
-    may_be_nil,
     probability,
     proves_nothing,
     status_of,
@@ -124,125 +112,67 @@ def diagnose(
             lambda logs, null, other: compete(logs, able, told, null, other),
         )
     gaps = tuple(where)
-    hidden = tuple(dict.fromkeys(c for one in logs for c in one.hidden))
-    told("what is left")
-    left = remainder(found.engine, found.fit, constant(found.causes))
-    causes = [c for c in found.causes if is_steady(c, left)]
-    fit, acting = found.fit, found.engine
-    if len(causes) < len(found.causes):
-        fit, acting = _only(engine, found, fit, causes)
-        left = remainder(acting, fit, constant(causes))
-    named, causes = causes, standing(acting, causes, left, fit)
-    if len(causes) < len(named):
-        fit, acting = _only(engine, found, fit, causes)
-        left = clearest((left, remainder(acting, fit)))
-    told("what these logs cannot tell apart")
-    known = settled(acting, fit, causes, able)
-    if known.fit is not fit:
-        left = remainder(acting, known.fit)
-    fit, causes = known.fit, standing(acting, known.causes, left, known.fit)
-    if len(causes) < len(known.causes):
-        fit, acting = _only(engine, found, fit, causes)
-    causes, fit = with_all_figures(acting, fit, causes, able)
     stated = {key: figure.value for key, figure in vehicle.figures().items()}
-    problems = list(engine.problems)
-    row = size_of(problems[0], "row")
-    told_of = [c for c in causes[1:] if not may_be_nil(fit, c, stated, row)]
-    if len(told_of) < len(causes) - 1:
-        causes = [causes[0], *told_of]
-        fit, acting = _only(engine, found, fit, causes)
-    for cause in causes:
-        left = with_cut(left, acting, fit, cause)
+    stands = what_stands(engine, found, able, stated, told)
     told("proof on held-out rows")
     fresh = [problem_of(one.log, vehicle) for one in holdouts]
-    torqued = any(p.torqued for p in (*problems, *fresh))
-    by_torque = torqued and leave_shaft(causes, acting.tracks)
-    level = levels_of(causes, fit, stated)
-    shrink, before, after = proof(
-        acting, engine, fit, fresh, level, by_torque=by_torque
-    )
+    torqued = any(p.torqued for p in (*engine.problems, *fresh))
+    by_torque = torqued and leave_shaft(stands.causes, stands.engine.tracks)
+    level = levels_of(stands.causes, stands.fit, stated)
+    proven = partial(proof, nominal=engine, holdouts=fresh, by_torque=by_torque)
+    proved = proven(stands.engine, fit=stands.fit, level=level)
     large = any(g.energy.beyond(DOUBTLESS) for g in gaps)
     doubtless = any(g.energy.within is False for g in gaps)
     refuted: tuple[str, ...] = ()
-    nothing = doubtless and proves_nothing(shrink.explained, before, after)
-    # what each drive has of its own may be another on rows held out
-    steady = not any(c.over_time for c in causes)
-    if causes and (nothing or (steady and worsens(before, after, allowed_of(gaps)))):
-        refuted = tuple(c.effect for c in causes)
-        causes, large = [], doubtless
-        fit, acting = _only(engine, found, fit, causes)
-        left = remainder(acting, fit)
-        shrink, before, after = proof(
-            acting, engine, fit, fresh, {}, by_torque=by_torque
-        )
+    if is_refuted(stands.causes, proved, gaps, doubtless=doubtless):
+        refuted, large = tuple(c.effect for c in stands.causes), doubtless
+        stands = without_any(engine, found, stands)
+        proved = proven(stands.engine, fit=stands.fit, level={})
+    acting, causes, left = stands.engine, stands.causes, stands.left
     wanders = {r.log: r.heights for r in left.rivals if r.heights} | felt.wanders
     gaps = tuple(
         replace(
             g,
-            findings=(
-                *g.findings,
-                *misread(fit, i),
-                *behind(fit, problems[i]),
-                *wandering(wanders, i, accelerometer=FELT in problems[i].channels),
-                *disagreeing(acting, fit, i),
-                *without_bends(problems[i], causes),
-                *unjudged(problems[i], causes),
-            ),
+            findings=g.findings + findings_of(acting, stands.fit, i, wanders, causes),
         )
         for i, g in enumerate(gaps)
     )
-    fit = no_surer(acting, fit, {k for c in causes for k in c.keys})
+    fit = no_surer(acting, stands.fit, {k for c in causes for k in c.keys})
     pulls = map(abs, moved(fit, stated).values())
     farthest = max([moved_together(fit, stated), *pulls])
     if any(battery_of_another(g.findings) for g in gaps):
         farthest = inf
     # what was found beside a stronger cause that ends is no surer than that
     early = [*accumulate((ends_early(c, fit, vehicle.known) for c in causes), or_)]
-    alike = {
-        c.effect: [r for r in known.rivals.get(c.effect, []) if r.effect in c.tied]
-        for c in causes
-    }
-    asserted = tuple(
-        Asserted(
-            c,
-            probability(c, left, farthest, ends=end),
-            estimates(
-                fit,
-                c,
-                stated,
-                row,
-                [r.fit for e, tied in alike.items() if e != c.effect for r in tied],
-            ),
-            {
-                r.effect: estimates(r.fit, r.in_place_of(c), stated, row)
-                for r in alike[c.effect]
-            },
-            tuple(r.fit for r in alike[c.effect]),
-        )
+    chances = [
+        probability(c, left, farthest, ends=end)
         for c, end in zip(causes, early, strict=True)
-    )
+    ]
+    row = size_of(engine.problems[0], "row")
+    asserted = asserted_of(fit, causes, stands.rivals, stated, row, chances)
     by_log = each_log(gaps, engine, acting, fit, by_torque=by_torque)
     told("which run to drive next")
-    runs = tuple(next_experiments(acting, fit, asserted, known.rivals))
+    runs = tuple(next_experiments(acting, fit, asserted, stands.rivals))
     status = status_of(
         causes,
         left,
-        before,
-        after,
+        proved.before,
+        proved.after,
         doubtless=doubtless,
         noise=noise_of(gaps),
         large=large,
-        explained=shrink.explained,
+        explained=proved.shrink.explained,
         ends=any(early),
         farthest=farthest,
         disagree=any(one.disagrees for one in by_log),
-        even=any(one.probability <= EVEN for one in asserted),
+        even=any(chance <= EVEN for chance in chances),
     )
     shown = farthest_off(gaps)
+    hidden = tuple(dict.fromkeys(c for one in logs for c in one.hidden))
     return Diagnosis(
-        vehicle, problems[shown], gaps, status, asserted, found, fit, left, shrink,
-        before, after, by_torque, runs, tuple(one.log.name for one in holdouts),
-        refuted, shown, tuple(candidates), hidden, by_log,
+        vehicle, engine.problems[shown], gaps, status, asserted, found, fit, left,
+        proved, runs, tuple(one.log.name for one in holdouts), refuted, shown,
+        tuple(candidates), hidden, by_log,
     )  # fmt: skip
 
 
@@ -291,6 +221,23 @@ def refuse_silent(problems: Sequence[Problem]) -> None:
             )
 
 
+def is_refuted(
+    causes: Sequence[Cause], proved: Proof, gaps: Sequence[Gap], *, doubtless: bool
+) -> bool:
+    """Tell whether rows that no fit saw refute some causes.
+
+    Where a gap is ``doubtless`` they do nothing for it there; or they open one, which
+    what each drive has of its own may, being another on rows held out.
+    """
+    if not causes:
+        return False
+    before, after = proved.before, proved.after
+    if doubtless and proves_nothing(proved.shrink.explained, before, after):
+        return True
+    steady = not any(c.over_time for c in causes)
+    return steady and worsens(before, after, allowed_of(gaps))
+
+
 def levels_of(
     causes: Sequence[Cause], fit: Fit, stated: Mapping[str, float]
 ) -> dict[str, float]:
@@ -300,22 +247,3 @@ def levels_of(
         for cause in causes
         if cause.over_time
     }
-
-
-def constant(causes: Sequence[Cause]) -> dict[str, tuple[str, ...]]:
-    """Return the figures of the causes that were taken as constant, by effect."""
-    return {c.effect: c.keys for c in causes if not c.profiles}
-
-
-def _only(
-    engine: Engine, found: Explanation, fit: Fit, causes: list[Cause]
-) -> tuple[Fit, Engine]:
-    """Fit again with the causes that stand, from where all stood; or the tolerances."""
-    mine = {k for c in causes for k in c.keys}
-    acting = found.engine if any(c.profiles for c in causes) else engine
-    kept = [k for k in fit.knobs if k.key in mine or np.isfinite(k.sd)]
-    keys = {k.key for k in kept} | mine  # what a profile holds is none of the fit's
-    kept += [k for k in found.null.knobs if k.key not in keys]
-    known = found.null.values | fit.values if causes else found.null.values
-    start = {k.key: known.get(k.key, k.value) for k in kept}
-    return descent.fit(acting, start, kept), acting

@@ -1,16 +1,29 @@
-"""Which causes of a fit stand beside what it leaves unexplained."""
+"""Which causes of an explanation stand beside what they leave unexplained."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
-from math import inf
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from math import inf, isfinite
 
 from rcc_sim.diagnose import descent
+from rcc_sim.diagnose.candidates import Candidate
 from rcc_sim.diagnose.cause import ENOUGH, Cause
+from rcc_sim.diagnose.compete import Explanation
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
-from rcc_sim.diagnose.remainder import UNKNOWN_ENOUGH, Remainder, remainder
+from rcc_sim.diagnose.remainder import (
+    UNKNOWN_ENOUGH,
+    Remainder,
+    clearest,
+    remainder,
+    with_cut,
+)
+from rcc_sim.diagnose.sizes import size_of
+from rcc_sim.diagnose.sums import with_all_figures
+from rcc_sim.diagnose.ties import Rival, settled
+from rcc_sim.diagnose.verdict import may_be_nil
 from rcc_sim.diagnose.winner import shares_of
 
 WITHDRAWN = 0.2
@@ -30,6 +43,113 @@ brake sticks or a drag warms up something is, and it gains 29 to 475. With the s
 what is named gains 13 nats at most in 175 such drives, and 40 to 1180 in the nine in
 which a tyre rubs or a rack is not straight.
 """
+
+
+@dataclass(frozen=True)
+class Standing:
+    """Causes that stand, and what they leave.
+
+    Parameters
+    ----------
+    engine : Engine
+        The logs, with the profiles of those causes acting on them.
+    fit : Fit
+        Tolerances and causes.
+    causes : list of Cause
+        Strongest first.
+    left : Remainder
+        What none of them explains.
+    rivals : dict
+        Cause -> other effects in its place, nearest first.
+    """
+
+    engine: Engine
+    fit: Fit
+    causes: list[Cause]
+    left: Remainder
+    rivals: Mapping[str, list[Rival]] = field(default_factory=dict)
+
+
+def what_stands(
+    engine: Engine,
+    found: Explanation,
+    candidates: Sequence[Candidate],
+    stated: Mapping[str, float],
+    told: Callable[[str], None] = lambda _: None,
+) -> Standing:
+    """Return the causes of an explanation that stand.
+
+    Each acts all the time or is withdrawn, outlives what is left, keeps its place among
+    its rivals, and is something beside a stronger one. With fewer all is fitted again.
+
+    Parameters
+    ----------
+    engine : Engine
+        The logs without any profile.
+    found : Explanation
+        What the competition ended with.
+    candidates : sequence of Candidate
+        Effects that could act.
+    stated : mapping
+        Dotted key -> what the vehicle file states.
+    told : callable
+        Called with what is being done.
+    """
+    with_fewer = partial(only, engine, found)
+    told("what is left")
+    left = remainder(found.engine, found.fit, constant(found.causes))
+    all_of = Standing(found.engine, found.fit, list(found.causes), left)
+    now = with_fewer(all_of, [c for c in all_of.causes if is_steady(c, left)])
+    if now.fit is not all_of.fit:
+        left = remainder(now.engine, now.fit, constant(now.causes))
+    steady = replace(now, left=left)
+    now = with_fewer(steady, standing(now.engine, now.causes, left, now.fit))
+    if now.fit is not steady.fit:
+        left = clearest((left, remainder(now.engine, now.fit)))
+    told("what these logs cannot tell apart")
+    known = settled(now.engine, now.fit, now.causes, candidates)
+    if known.fit is not now.fit:
+        left = remainder(now.engine, known.fit)
+    now = Standing(now.engine, known.fit, known.causes, left, known.rivals)
+    now = with_fewer(now, standing(now.engine, now.causes, left, now.fit))
+    causes, fit = with_all_figures(now.engine, now.fit, now.causes, candidates)
+    row = size_of(engine.problems[0], "row")
+    some = [c for c in causes[1:] if not may_be_nil(fit, c, stated, row)]
+    now = with_fewer(replace(now, causes=causes, fit=fit), [*causes[:1], *some])
+    for cause in now.causes:
+        left = with_cut(left, now.engine, now.fit, cause)
+    return replace(now, left=left)
+
+
+def without_any(engine: Engine, found: Explanation, now: Standing) -> Standing:
+    """Return what stands, and what is left, where all causes are withdrawn."""
+    none = only(engine, found, now, [])
+    return replace(none, left=remainder(none.engine, none.fit))
+
+
+def only(
+    engine: Engine, found: Explanation, now: Standing, causes: list[Cause]
+) -> Standing:
+    """Return what stands with some of the causes alone, fitted again if with fewer.
+
+    From where all stood; or, with none, from the tolerances.
+    """
+    if len(causes) == len(now.causes):
+        return replace(now, causes=causes)
+    mine = {k for c in causes for k in c.keys}
+    acting = found.engine if any(c.profiles for c in causes) else engine
+    kept = [k for k in now.fit.knobs if k.key in mine or isfinite(k.sd)]
+    keys = {k.key for k in kept} | mine  # what a profile holds is none of the fit's
+    kept += [k for k in found.null.knobs if k.key not in keys]
+    known = found.null.values | now.fit.values if causes else found.null.values
+    start = {k.key: known.get(k.key, k.value) for k in kept}
+    fit = descent.fit(acting, start, kept)
+    return replace(now, engine=acting, fit=fit, causes=causes)
+
+
+def constant(causes: Sequence[Cause]) -> dict[str, tuple[str, ...]]:
+    """Return the figures of the causes that were taken as constant, by effect."""
+    return {c.effect: c.keys for c in causes if not c.profiles}
 
 
 def standing(

@@ -18,6 +18,7 @@ from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import Knob
 from rcc_sim.diagnose.remainder import Remainder
 from rcc_sim.diagnose.screen import CLOSER, TICK
+from rcc_sim.diagnose.ties import Rival
 from rcc_sim.physics.effect import Effect
 from rcc_sim.physics.effects import EFFECTS, neutral_of
 from rcc_sim.units import unit_of
@@ -240,6 +241,46 @@ def estimates(
             out[name] = Estimate(value, value - TICK, value + TICK, 0.5 * TICK)
         out[name] = replace(out[name], stated=stated.get(key))
     return out
+
+
+def asserted_of(
+    fit: Fit,
+    causes: Sequence[Cause],
+    rivals: Mapping[str, Sequence[Rival]],
+    stated: Mapping[str, float],
+    row: float,
+    chances: Sequence[float],
+) -> tuple[Asserted, ...]:
+    """Return causes with their chances, figures, and what could stand in their place.
+
+    Parameters
+    ----------
+    fit : Fit
+        Tolerances and causes.
+    causes : sequence of Cause
+        Strongest first.
+    rivals : mapping
+        Cause -> other effects in its place.
+    stated, row
+        As for :func:`estimates`.
+    chances : sequence of float
+        Probability of each.
+    """
+    alike = {
+        c.effect: [r for r in rivals.get(c.effect, ()) if r.effect in c.tied]
+        for c in causes
+    }
+
+    def one(cause: Cause, chance: float) -> Asserted:
+        tied = alike[cause.effect]
+        beside = [r.fit for e, own in alike.items() if e != cause.effect for r in own]
+        instead = {
+            r.effect: estimates(r.fit, r.in_place_of(cause), stated, row) for r in tied
+        }
+        figures = estimates(fit, cause, stated, row, beside)
+        return Asserted(cause, chance, figures, instead, tuple(r.fit for r in tied))
+
+    return tuple(map(one, causes, chances))
 
 
 def may_be_nil(fit: Fit, cause: Cause, stated: Mapping[str, float], row: float) -> bool:

@@ -278,10 +278,11 @@ def _rivals(found: Diagnosis) -> Iterator[tuple[str, str]]:
 
 
 def _proof(found: Diagnosis) -> Iterator[tuple[str, str]]:
-    s, before, after = found.shrink, found.energy_before, found.energy_after
+    proof = found.proof
+    s, before, after = proof.shrink, proof.before, proof.after
     energy = ""
     if before is not None and after is not None:
-        how = ", by the torque measured," if found.by_torque else ""
+        how = ", by the torque measured," if proof.by_torque else ""
         energy = (
             f"; energy gap there{how} {rounded(before, 1)} % before, "
             f"{rounded(after, 2)} % after" + ": it grew" * grew(before, after)
@@ -310,7 +311,7 @@ def _ledger(found: Diagnosis) -> Iterator[tuple[str, str]]:
     prices = found.prices
     if prices is None:
         return
-    how = "by the motion alone: " * found.by_torque
+    how = "by the motion alone: " * found.proof.by_torque
     steps = [f"{name} {_wh(wh)}" for name, wh in prices.causes.items()]
     steps += [
         f"stated figures that moved {_wh(prices.figures_wh)}",

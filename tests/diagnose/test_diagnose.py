@@ -137,4 +137,6 @@ def test_names_of_files_do_not_reach_the_diagnosis(cases, tmp_path):
     first, again = found_in(out / name, few), found_in(other, few)
     assert first.status == again.status
     assert first.fit.values == again.fit.values
-    assert np.isclose(first.shrink.explained, again.shrink.explained, atol=0)
+    assert np.isclose(
+        first.proof.shrink.explained, again.proof.shrink.explained, atol=0
+    )

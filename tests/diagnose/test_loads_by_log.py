@@ -97,5 +97,5 @@ def test_on_another_log_the_file_that_is_written_is_judged(tmp_path):
     write_mended(found, tmp_path / "mended.toml")
     mended = load_vehicle(tmp_path / "mended.toml")
     after = gap(open_log(tmp_path / "held.csv", mended), mended).energy.gap_percent
-    assert found.energy_after == pytest.approx(after, abs=0.1)
-    assert abs(after) < 0.3 * abs(found.energy_before)
+    assert found.proof.after == pytest.approx(after, abs=0.1)
+    assert abs(after) < 0.3 * abs(found.proof.before)

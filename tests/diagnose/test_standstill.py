@@ -77,10 +77,10 @@ def test_the_energy_on_held_out_rows_is_the_gap_s_where_a_cause_acts_at_the_shaf
     run = simulate(vehicle.changed(settings=drags), parse_cycle("hwfet[0:300]")).trace
     found = diagnose([opened(run, tmp_path / "log.csv", vehicle)], vehicle)
     assert [a.cause.effect for a in found.asserted] == ["aerodynamic_drag"]
-    assert not found.by_torque
+    assert not found.proof.by_torque
     whole = found.gaps[0].energy.gap_percent
-    assert found.energy_before == pytest.approx(whole, abs=0.15 * whole)
-    assert abs(found.energy_after) < 0.01 * whole
+    assert found.proof.before == pytest.approx(whole, abs=0.15 * whole)
+    assert abs(found.proof.after) < 0.01 * whole
 
 
 def test_it_follows_from_the_torque_where_a_cause_acts_beyond_the_shaft(tmp_path):
@@ -89,6 +89,9 @@ def test_it_follows_from_the_torque_where_a_cause_acts_beyond_the_shaft(tmp_path
     run = simulate(vehicle.changed(effects=load), parse_cycle("udds[0:340]")).trace
     found = diagnose([opened(run, tmp_path / "log.csv", vehicle)], vehicle)
     assert [a.cause.effect for a in found.asserted] == ["auxiliary_load"]
-    assert found.by_torque and found.document()["shrink"]["energy_by_measured_torque"]
-    assert found.energy_before > 10
-    assert abs(found.energy_after) < 0.1
+    assert (
+        found.proof.by_torque
+        and found.document()["shrink"]["energy_by_measured_torque"]
+    )
+    assert found.proof.before > 10
+    assert abs(found.proof.after) < 0.1

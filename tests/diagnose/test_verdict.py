@@ -14,9 +14,8 @@ from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import Knob
 from rcc_sim.diagnose.noise import Whitener
 from rcc_sim.diagnose.remainder import UNKNOWN_ENOUGH, Remainder
-from rcc_sim.diagnose.run import _only
 from rcc_sim.diagnose.screen import Screen
-from rcc_sim.diagnose.stands import standing
+from rcc_sim.diagnose.stands import Standing, only, standing
 from rcc_sim.diagnose.verdict import (
     EVEN,
     SUREST,
@@ -130,10 +129,12 @@ def test_causes_that_stay_are_fitted_again_from_where_all_stood(monkeypatch):
     null = Fit({mass.key: 300.0}, (mass,), 0, 0, [], [])
     all_of = Fit({mass.key: 1490.0, load.key: -690.0}, (mass, load), 0, 0, [], [])
     found = SimpleNamespace(null=null, engine=None)
+    stays = Cause("payload", (load.key,), 50.0)
+    now = Standing(None, all_of, [stays, CAUSE], NOTHING)
     begun = []
     monkeypatch.setattr(descent, "fit", lambda _, start, knobs: begun.append(start))
-    _only(None, found, all_of, [Cause("payload", (load.key,), 50.0)])
-    _only(None, found, all_of, [])
+    only(None, found, now, [stays])
+    only(None, found, now, [])
     # a load of -690 kg beside a mass of 300 kg is no vehicle
     assert begun == [all_of.values, null.values]
 
@@ -149,7 +150,7 @@ def test_what_a_profile_holds_is_not_fitted_again_beside_it(monkeypatch):
     heater = Cause("auxiliary_load", (power.key,), 900.0, profiles={0: None})
     begun = []
     monkeypatch.setattr(descent, "fit", lambda _, start, knobs: begun.append(start))
-    _only(None, found, both, [heater])
+    only(None, found, Standing(None, both, [heater, CAUSE], NOTHING), [heater])
     assert begun == [{mass.key: 1490.0}]
 
 

@@ -16,10 +16,12 @@ def found(probabilities=(), shrink=(0.9, 0.8, 1.0)):
         status="explained",
         asked=(),
         asserted=[SimpleNamespace(probability=p) for p in probabilities],
-        shrink=SimpleNamespace(explained=explained, low=low, high=high),
-        energy_before=None,
-        energy_after=None,
-        by_torque=False,
+        proof=SimpleNamespace(
+            shrink=SimpleNamespace(explained=explained, low=low, high=high),
+            before=None,
+            after=None,
+            by_torque=False,
+        ),
         kept_back=(),
     )
 
