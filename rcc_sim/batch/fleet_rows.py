@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from rcc_sim.analyse.logged import Logged
     from rcc_sim.definitions.vehicle import Vehicle
     from rcc_sim.diagnose.diagnosis import Diagnosis
-    from rcc_sim.diagnose.fit import Fit
     from rcc_sim.trace import Trace
 
 Row = dict[str, Any]
@@ -167,7 +166,7 @@ def diagnose_row(log: str, options: Mapping[str, Any]) -> Row:
         "explained": result.proof.shrink.explained,
         "unexplained": result.document()["unexplained"]["fraction"],
         **found(result.gap.findings),
-        **evidence(logged, car, result.found.null, candidates),
+        **evidence(result, candidates),
     }
 
 
@@ -249,14 +248,18 @@ def causes(result: Diagnosis) -> Row:
     return row
 
 
-def evidence(logged: Logged, car: Vehicle, null: Fit, only: Sequence[str]) -> Row:
-    """Return what the log says of every candidate, to be added to that of others."""
+def evidence(result: Diagnosis, only: Sequence[str]) -> Row:
+    """Return what the log says of every candidate, to be added to that of others.
+
+    As it was explained: thinned, on the road that was felt, its commands held or not.
+    """
     from rcc_sim.diagnose.candidates import candidates_for
     from rcc_sim.diagnose.engine import Engine
     from rcc_sim.diagnose.pool import evidence_of, packed
-    from rcc_sim.diagnose.posed import problem_of
 
-    problems = [problem_of(logged.log, car)]
-    form = evidence_of(Engine(problems), null, candidates_for(problems, only))
+    problems = [result.problem]
+    form = evidence_of(
+        Engine(problems), result.found.null, candidates_for(problems, only)
+    )
     columns, numbers = packed(form)
     return {"pool_columns": columns, "pool": numbers}

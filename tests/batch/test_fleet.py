@@ -14,8 +14,17 @@ from rcc_sim.batch.batch import run_batch
 from rcc_sim.batch.engine import Engine
 from rcc_sim.batch.fleet import Fleet, rows_in
 from rcc_sim.batch.fleet_logs import Entry, entries_of, is_many, logs_of, read_list
-from rcc_sim.batch.fleet_rows import CHECK, TEMPERATURE, check_row, context
+from rcc_sim.batch.fleet_rows import (
+    CHECK,
+    TEMPERATURE,
+    check_row,
+    context,
+    diagnose_row,
+)
 from rcc_sim.batch.fleet_summary import recurring, summary
+from rcc_sim.definitions.cycle import Cycle
+from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose.pool import unpacked
 from rcc_sim.errors import InputError
 from rcc_sim.report.fleet_tables import lines, pooled_lines
 from rcc_sim.simulate.run import simulate
@@ -29,8 +38,6 @@ def logs(tmp_path, monkeypatch):
     """Write four logs, one of them in millivolts and one no log at all."""
     folder = tmp_path / "logs"
     folder.mkdir()
-    from rcc_sim.definitions.cycle import Cycle
-
     slow = Cycle("slow", DRIVE.time_s, 0.2 * DRIVE.speed_mps)
     trace = simulate(car(), slow).trace
     for name in ("a", "b"):
@@ -65,6 +72,22 @@ def test_a_log_that_cannot_be_read_is_a_row_with_its_error(logs):
     assert found[0]["duration_s"] == pytest.approx(DRIVE.duration)
     assert "d.csv" in found[3]["error"]
     assert str(logs.parent) not in found[3]["error"]
+
+
+def test_a_log_of_500_rows_a_second_is_pooled_as_it_was_explained(tmp_path):
+    slow = Cycle("slow", DRIVE.time_s, 0.2 * DRIVE.speed_mps)
+    run = simulate(load_vehicle("rcc"), slow, output_rate=500.0).trace
+    noise = np.random.default_rng(3).normal(0, 0.01, len(run))
+    log = Trace({**run.columns, "speed_mps": run["speed_mps"] + noise}, name="fast")
+    with (tmp_path / "fast.csv").open("wb") as file:
+        write_trace(log, file)
+    weighed = ("payload", "rolling_resistance")
+    row = diagnose_row(
+        str(tmp_path / "fast.csv"), {"vehicle": "rcc", "candidates": weighed}
+    )
+    form = unpacked(row["pool_columns"], row["pool"])
+    assert [s.effect for s in form.strengths] == [*weighed]
+    assert np.isfinite(form.score).all() and np.all(np.diag(form.information) >= 0)
 
 
 def test_logs_that_fail_alike_are_counted_together(logs):
