@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.definitions.figure import Z_90, Figure
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.jit import threads
 from rcc_sim.simulate.drive import Drive
@@ -108,15 +107,8 @@ def toleranced(vehicle: Vehicle) -> dict[str, tuple[float, float]]:
     return {
         key: (figure.value, sd)
         for key, figure in vehicle.figures().items()
-        if (sd := sd_of(figure)) > 0
+        if (sd := figure.tolerance) > 0
     }
-
-
-def sd_of(figure: Figure) -> float:
-    """Return a figure's sd; a range is taken as its 90 % interval."""
-    if figure.sd > 0 or figure.low is None or figure.high is None:
-        return figure.sd
-    return (figure.high - figure.low) / (2 * Z_90)
 
 
 def tolerances(

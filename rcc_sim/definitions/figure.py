@@ -45,6 +45,13 @@ class Figure:
         return self.value - Z_90 * self.sd, self.value + Z_90 * self.sd
 
     @property
+    def tolerance(self) -> float:
+        """Standard deviation: as stated, or of the range as a 90 % interval, or 0."""
+        if self.sd > 0 or self.low is None or self.high is None:
+            return self.sd
+        return (self.high - self.low) / (2 * Z_90)
+
+    @property
     def is_guess(self) -> bool:
         """Whether the source calls the figure a guess."""
         return self.source.lower().startswith("guess")

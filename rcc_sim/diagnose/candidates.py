@@ -310,7 +310,7 @@ def search_of(problem: Problem, effect: Effect, param: Param) -> Search:
     if stated and neutral and not grid and unit_of(param.name) in MEASURED:
         ends = sorted((neutral / WITHIN, neutral * WITHIN))
         low, high = max(low, ends[0]), min(high, ends[1])
-        sd = stated.sd or inf
+        sd = stated.tolerance or inf
     if param.neutral == inf:
         first = b
     elif a < 0:

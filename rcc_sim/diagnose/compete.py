@@ -59,7 +59,8 @@ it grows with the speed."""
 
 HILL = "road_grade"
 
-MOST_CAUSES = 6
+TURNS = 6
+"""Turns of the competition at most: causes taken in, or profiles refuted."""
 
 SOME = 2
 """Causes from which on no more are sought if something unknown outweighs all, or a
@@ -122,18 +123,18 @@ def compete(
     late = read_late(engine, null, candidates)
     if late:
         current, causes = late.fit, [cause_of(engine, late, late.fit.noise)]
-    for turn in range(MOST_CAUSES):
-        if turn >= SOME and (
+    for _ in range(TURNS):
+        if len(causes) >= SOME and (
             is_another(current) or outweighed(causes, remainder(engine, current))
         ):
             break
         if current is not asked:  # a profile that did not stand has changed nothing
             asked = current
-            told(f"screening for cause {turn + 1}")
+            told(f"screening for cause {len(causes) + 1}")
             found = screened(engine, current, free_of(candidates, causes))
             constant = {r.candidate.effect: r.gain for r, _ in reversed(found)}
             ranking = ranking or dict(constant)
-            told(f"refining cause {turn + 1}")
+            told(f"refining cause {len(causes) + 1}")
             refined = contenders(engine, current, found, ENOUGH)
         if not causes:
             ranking |= {r.screened.candidate.effect: r.gain for r in refined}
@@ -148,16 +149,12 @@ def compete(
         varying, refuted = profile_cause(engine, current, named - outdone)
         outdone |= refuted
         held = constant | {r.screened.candidate.effect: r.before for r in refined}
-        if (
-            varying
-            and is_clear(varying, one, held, causes)
-            and not (
-                best
-                and one
-                and best.trusted >= needed_gain(causes, one.shares)
-                and goes_first(engine, current, best, one, varying)
-            )
-        ):
+        enough = best and one and best.trusted >= needed_gain(causes, one.shares)
+        clear = varying is not None and is_clear(varying, one, held, causes)
+        with_best: Fit | None = None
+        if varying and clear and best and one and enough:
+            with_best = before_profile(engine, current, best, one, varying)
+        if varying and clear and with_best is None:
             ranking[varying.effect] = max(ranking.get(varying.effect, 0), varying.gain)
             left = remainder(engine, current)
             if stands_out(varying, left):
@@ -173,8 +170,8 @@ def compete(
                 outdone.add(varying.effect)
                 continue
         known = [r for r, _ in found]
-        if not (best and one) or best.trusted < needed_gain(causes, one.shares):
-            told(f"two causes at once, {turn + 1}")
+        if not (best and one and enough):
+            told(f"two causes at once, {len(causes) + 1}")
             both = coupled(engine, current, known)
             two = [cause_of(engine, r, r.fit.noise) for r in both]
             if not two or any(c.gain < needed_gain(causes, c.shares) for c in two):
@@ -186,7 +183,7 @@ def compete(
             causes, current = with_all_figures(engine, current, causes, candidates)
             continue
         causes = taken_in(causes, near_to(one, held, known))
-        current = descent.fit(engine, best.fit.values, best.fit.knobs, best.fit.noise)
+        current = with_best or fitted(engine, best)
         causes, current = with_all_figures(engine, current, causes, candidates)
         if other and is_likelier(other(engine), current):
             return compete(other(base), candidates, told)
@@ -303,10 +300,15 @@ def is_clear(
     return varying.gain > rival + enough / 2
 
 
-def goes_first(
+def fitted(engine: Engine, best: Refined) -> Fit:
+    """Return the fit with a candidate, from where it was refined."""
+    return descent.fit(engine, best.fit.values, best.fit.knobs, best.fit.noise)
+
+
+def before_profile(
     engine: Engine, fit: Fit, best: Refined, one: Cause, varying: Cause
-) -> bool:
-    """Tell whether a constant cause is to be taken in before a profile.
+) -> Fit | None:
+    """Return the fit with a constant cause, if it is to be taken in before a profile.
 
     A hill takes in what a drag does at the speeds at which it is climbed, and holds it.
     With the drag, and what is then left of the hill, more has to be explained than by
@@ -314,12 +316,12 @@ def goes_first(
     """
     enough = needed_gain([varying], one.shares)
     if one.effect == varying.effect or varying.weighed or one.gain < enough:
-        return False
-    fit_one = descent.fit(engine, best.fit.values, best.fit.knobs, best.fit.noise)
+        return None
+    fit_one = fitted(engine, best)
     rest, _ = profile_cause(engine, fit_one, {varying.effect})
     both = engine.judged(fit_one, fit.noise).score - fit.score
     both += rest.gain if rest else 0.0
-    return both - varying.gain > enough
+    return fit_one if both - varying.gain > enough else None
 
 
 def is_another(fit: Fit) -> bool:

@@ -192,7 +192,8 @@ def proof(
         fitted = halves(acting, fit)
         shrink = hold_out(acting, nominal, fit, fitted)
         stated, mended = driven(nominal.problems), driven(acting.problems)
-        was = [({}, rows) for _, rows in fitted]
+        either = [a | b for a, b in zip(*(rows for _, rows in fitted), strict=True)]
+        was = [({}, either)]
         now = [(half.values, rows) for half, rows in fitted]
     before, after = energy_percent(stated, was), energy_percent(mended, now)
     return Proof(shrink, before, after, by_torque)
@@ -243,10 +244,11 @@ def energy_percent(
         for i, p in enumerate(problems):
             if rows is None:
                 gain = figures.get(scale_key(0, TORQUE), 0.0)
-                true, judged = p.by_true_torque(gain), None
+                true, own, judged = p.by_true_torque(gain), figures_of(figures), None
             else:
-                true, judged = as_read(p, figures, i), rows[i]
-            found = energies(p, true, figures_of(figures), judged)
+                true, own = as_read(p, figures, i), figures_of(figures, i)
+                judged = rows[i]
+            found = energies(p, true, own, judged)
             if found is None:
                 return None
             measured += found[0]

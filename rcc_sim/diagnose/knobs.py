@@ -9,7 +9,6 @@ from math import exp, inf
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.analyse.gap_replays import sd_of
 from rcc_sim.analyse.offsets import offset_sd
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.lateness import battery_channel
@@ -145,7 +144,7 @@ def tolerance_knobs(problem: Problem) -> list[Knob]:
             continue  # its torque is that of the yaw rate's noise
         if key == SLIP and not tells_slip(problem, figure.value):
             continue  # what it does is less than the drive is smeared by
-        sd = sd_of(figure)
+        sd = figure.tolerance
         if sd > 0 and key == "tyres.radius_m":
             # what was logged came about by the file's radius: the true one differs
             if RADIUS not in problem.vehicle.figures():

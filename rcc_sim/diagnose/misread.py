@@ -169,7 +169,7 @@ def unjudged(problem: Problem, causes: Sequence[Cause]) -> tuple[Finding, ...]:
             "not_judged",
             VOLTAGE,
             "is not judged beside a resistance that the file states: "
-            "open_circuit_voltage_v has an sd, or is not stated",
+            "open_circuit_voltage_v has an sd or a range, or is not stated",
             action="a resistance that has grown shows where it is stated without one",
         ),
     )

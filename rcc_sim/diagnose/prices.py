@@ -18,7 +18,6 @@ from rcc_sim.diagnose.posed import by_motion
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.profile import acted_on
 from rcc_sim.errors import InputError
-from rcc_sim.simulate.replay import replay
 from rcc_sim.units import J_PER_WH
 
 if TYPE_CHECKING:
@@ -90,9 +89,9 @@ def prices(
 
     def power(parts: Sequence[str]) -> Array:
         acting = [known[p] for p in parts if p != FIGURES]
-        figures = _figures(values, causes, acting, moved=FIGURES in parts)
-        vehicle = plain.vehicle.changed(settings=figures) if figures else plain.vehicle
-        found = power_of(at, replay(vehicle, with_profiles(plain, acting, log).drive))
+        own = figures_of(values, log)
+        figures = _figures(own, causes, acting, moved=FIGURES in parts)
+        found = power_of(at, with_profiles(plain, acting, log).driven(figures))
         return found if charge is None else charge.at_rows(found)
 
     base = power(())
@@ -100,11 +99,14 @@ def prices(
     ok[0] = False
     weights = row_weights(plain.drive.time, ok)
 
+    def energy_of(power: Array) -> float:
+        return float((np.where(ok, power, 0.0) * weights).sum()) / J_PER_WH
+
     def energy(parts: Sequence[str]) -> float:
-        return float((np.where(ok, power(parts), 0.0) * weights).sum()) / J_PER_WH
+        return energy_of(power(parts))
 
     order = [*known, FIGURES]
-    ends = energy(()), energy(order)
+    ends = energy_of(base), energy(order)
     steps = []
     for way in (order, order[::-1]):
         with suppress(InputError):
@@ -113,8 +115,7 @@ def prices(
         return None
     paid = {p: float(np.mean([s[p] for s in steps])) for p in order}
     figures = paid.pop(FIGURES)
-    whole = float((np.where(ok, measured, 0.0) * weights).sum()) / J_PER_WH
-    return Prices(paid, figures, whole - ends[1])
+    return Prices(paid, figures, energy_of(measured) - ends[1])
 
 
 def with_profiles(plain: Problem, causes: Sequence[Cause], log: int = 0) -> Problem:
@@ -132,14 +133,10 @@ def _figures(
     *,
     moved: bool,
 ) -> dict[str, float]:
-    """Return the figures of the acting causes, and of no cause where ``moved``."""
+    """Return those of the acting causes, and of no cause where ``moved``."""
     own = {k for c in causes for k in c.keys}
     mine = {k for c in acting for k in c.keys}
-    return {
-        k: x
-        for k, x in figures_of(values).items()
-        if k in mine or (moved and k not in own)
-    }
+    return {k: x for k, x in values.items() if k in mine or (moved and k not in own)}
 
 
 def _steps(

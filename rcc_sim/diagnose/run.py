@@ -35,7 +35,7 @@ from rcc_sim.diagnose.posed import problem_of
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.pulls import moved, moved_together
 from rcc_sim.diagnose.sizes import size_of
-from rcc_sim.diagnose.stands import what_stands, without_any
+from rcc_sim.diagnose.stands import only, what_stands
 from rcc_sim.diagnose.tips import no_surer
 from rcc_sim.diagnose.verdict import (
     DOUBTLESS,
@@ -126,7 +126,7 @@ def diagnose(
     refuted: tuple[str, ...] = ()
     if is_refuted(stands.causes, proved, gaps, doubtless=doubtless):
         refuted, large = tuple(c.effect for c in stands.causes), doubtless
-        stands = without_any(engine, found, stands)
+        stands = only(engine, found, stands, [])
         proved = proven(stands.engine, fit=stands.fit, level={})
     acting, causes, left = stands.engine, stands.causes, stands.left
     wanders = {r.log: r.heights for r in left.rivals if r.heights} | felt.wanders

@@ -76,10 +76,11 @@ def signatures(found: Diagnosis) -> Signatures:
     own = set(winner.keys) if winner else set()
     plain = with_profiles(found.problem, others, found.shown)
     values = {k: x for k, x in found.fit.values.items() if k not in own}
+    beside = figures_of(values, found.shown)
     try:
-        base = plain.predict(figures_of(values))
+        base = plain.predict(beside)
     except InputError:  # no vehicle can have the figures without the cause
-        values = {}
+        values, beside = {}, {}
         base = plain.nominal
     channels = plain.channels
 
@@ -89,7 +90,7 @@ def signatures(found: Diagnosis) -> Signatures:
     def moved(figures: Mapping[str, float], varying: bool = False) -> dict[str, Array]:
         mine = [winner] if varying and winner else []
         on = with_profiles(plain, mine, found.shown)
-        out = on.predict({**figures_of(values), **figures})
+        out = on.predict({**beside, **figures})
         return {c: at_rows(out[c] - base[c]) for c in channels}
 
     told = []

@@ -99,32 +99,24 @@ def what_stands(
     told("what is left")
     left = remainder(found.engine, found.fit, constant(found.causes))
     all_of = Standing(found.engine, found.fit, list(found.causes), left)
-    now = with_fewer(all_of, [c for c in all_of.causes if is_steady(c, left)])
-    if now.fit is not all_of.fit:
-        left = remainder(now.engine, now.fit, constant(now.causes))
-    steady = replace(now, left=left)
-    now = with_fewer(steady, standing(now.engine, now.causes, left, now.fit))
-    if now.fit is not steady.fit:
-        left = clearest((left, remainder(now.engine, now.fit)))
+    steady = with_fewer(all_of, [c for c in all_of.causes if is_steady(c, left)])
+    now = with_fewer(steady, standing(steady))
+    now = replace(now, left=clearest((steady.left, now.left)))
     told("what these logs cannot tell apart")
     known = settled(now.engine, now.fit, now.causes, candidates)
     if known.fit is not now.fit:
-        left = remainder(now.engine, known.fit)
-    now = Standing(now.engine, known.fit, known.causes, left, known.rivals)
-    now = with_fewer(now, standing(now.engine, now.causes, left, now.fit))
+        left = remainder(now.engine, known.fit, constant(known.causes))
+        now = replace(now, fit=known.fit, left=left)
+    now = replace(now, causes=known.causes, rivals=known.rivals)
+    if now.fit is not steady.fit:  # of that one it was asked
+        now = with_fewer(now, standing(now))
     causes, fit = with_all_figures(now.engine, now.fit, now.causes, candidates)
     row = size_of(engine.problems[0], "row")
     some = [c for c in causes[1:] if not may_be_nil(fit, c, stated, row)]
     now = with_fewer(replace(now, causes=causes, fit=fit), [*causes[:1], *some])
     for cause in now.causes:
-        left = with_cut(left, now.engine, now.fit, cause)
-    return replace(now, left=left)
-
-
-def without_any(engine: Engine, found: Explanation, now: Standing) -> Standing:
-    """Return what stands, and what is left, where all causes are withdrawn."""
-    none = only(engine, found, now, [])
-    return replace(none, left=remainder(none.engine, none.fit))
+        now = replace(now, left=with_cut(now.left, now.engine, now.fit, cause))
+    return now
 
 
 def only(
@@ -132,7 +124,8 @@ def only(
 ) -> Standing:
     """Return what stands with some of the causes alone, fitted again if with fewer.
 
-    From where all stood; or, with none, from the tolerances.
+    From where all stood; or, with none, from the tolerances. What is left is then that
+    of this fit.
     """
     if len(causes) == len(now.causes):
         return replace(now, causes=causes)
@@ -144,7 +137,8 @@ def only(
     known = found.null.values | now.fit.values if causes else found.null.values
     start = {k.key: known.get(k.key, k.value) for k in kept}
     fit = descent.fit(acting, start, kept)
-    return replace(now, engine=acting, fit=fit, causes=causes)
+    left = remainder(acting, fit, constant(causes))
+    return replace(now, engine=acting, fit=fit, causes=causes, left=left)
 
 
 def constant(causes: Sequence[Cause]) -> dict[str, tuple[str, ...]]:
@@ -152,17 +146,16 @@ def constant(causes: Sequence[Cause]) -> dict[str, tuple[str, ...]]:
     return {c.effect: c.keys for c in causes if not c.profiles}
 
 
-def standing(
-    engine: Engine, causes: Sequence[Cause], left: Remainder, fit: Fit
-) -> list[Cause]:
-    """Return the causes of a fit that what is left does not dwarf."""
-    now = [
+def standing(now: Standing) -> list[Cause]:
+    """Return the causes that what they leave does not dwarf."""
+    engine, fit, left = now.engine, now.fit, now.left
+    causes = [
         c
         if c.profiles
         else replace(c, shares=shares_of(engine, fit, c.keys, fit.noise))
-        for c in causes
+        for c in now.causes
     ]
-    return [c for c in now if is_steady(c, left) and outlives(engine, c, left, fit)]
+    return [c for c in causes if is_steady(c, left) and outlives(engine, c, left, fit)]
 
 
 def is_steady(cause: Cause, left: Remainder) -> bool:

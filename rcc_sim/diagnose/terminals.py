@@ -48,12 +48,12 @@ def compared(found: list[str], vehicle: Vehicle, *, by_charge: bool) -> list[str
 def knows_voltage(vehicle: Vehicle) -> bool:
     """Whether a battery's voltage is known well enough to work with it.
 
-    An open-circuit voltage that is stated with an sd follows a charge that the model
-    does not; power is then judged in place of the current, and the voltage beside its
-    level and its fall with the charge, by the current that flowed.
+    An open-circuit voltage that is stated with an sd, or as a range, follows a charge
+    that the model does not; power is then judged in place of the current, and the
+    voltage beside its level and its fall with the charge, by the current that flowed.
     """
     stated = vehicle.battery.open_circuit_voltage_v
-    return stated is not None and stated.sd == 0.0
+    return stated is not None and stated.tolerance == 0.0
 
 
 def tells(voltage: Array) -> NDArray[np.bool_]:

@@ -170,7 +170,7 @@ def is_stated(engine: Engine, cause: Cause) -> bool:
     """Tell whether profiles stay within what the file's sd of their figure allows."""
     figure = engine.problems[0].vehicle.figures().get(cause.keys[0])
     size = max(p.rms for p in cause.profiles.values())
-    return figure is not None and size < TOO_FAR * figure.sd
+    return figure is not None and size < TOO_FAR * figure.tolerance
 
 
 def held(fit: Fit, key: str) -> Fit:

@@ -6,6 +6,7 @@ import difflib
 import io
 import tempfile
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +21,6 @@ from rcc_sim.diagnose.signatures import signatures
 from rcc_sim.report.findings import Report, spans_of
 from rcc_sim.report.provenance import run_record
 from rcc_sim.report.text import short
-from rcc_sim.simulate.replay import replay
 from rcc_sim.trace import Trace, read_trace
 
 Columns = Mapping[str, NDArray[np.float64]]
@@ -61,9 +61,9 @@ def diagnosis_page(found: Diagnosis, inputs: Sequence[str | Path] = ()) -> Repor
 
 def _mended(found: Diagnosis) -> Columns:
     """Return a free run of the mended vehicle at the rows of the log shown."""
-    figures = figures_of(found.fit.values)
+    figures = figures_of(found.fit.values, found.shown)
     on = with_profiles(found.plain, [a.cause for a in found.asserted], found.shown)
-    return replay(found.vehicle.changed(settings=figures), on.drive)
+    return replace(on, turned=None).driven(figures)
 
 
 def _diff(found: Diagnosis) -> str:

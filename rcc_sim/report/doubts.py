@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from rcc_sim.analyse.gap_energy import COVERAGE
-from rcc_sim.analyse.gap_replays import sd_of
 from rcc_sim.diagnose.diagnosis import Diagnosis
 from rcc_sim.diagnose.verdict import Asserted, battery_of_another
 from rcc_sim.report.text import figures, rounded, short
@@ -76,7 +75,7 @@ def moved_figures(found: Diagnosis) -> Iterator[tuple[str, str]]:
     if found.moved:
         told = (
             f"{key} {figures(stated[key].value, 4)} to "
-            f"{figures(stated[key].value + x * sd_of(stated[key]), 4)} "
+            f"{figures(stated[key].value + x * stated[key].tolerance, 4)} "
             f"({rounded(x, 1)} sd)"
             for key, x in list(found.moved.items())[:SHOWN]
         )

@@ -22,7 +22,7 @@ def asked(monkeypatch, rest, one=DRAG, scored=480.0):
     monkeypatch.setattr(compete, "profile_cause", lambda *args: (hill, set()))
     before = SimpleNamespace(noise=None, score=0.0)
     best = SimpleNamespace(fit=fits)
-    return compete.goes_first(engine, before, best, one, HILL)
+    return compete.before_profile(engine, before, best, one, HILL) is fits
 
 
 @pytest.mark.parametrize(("rest", "first"), [(260.0, True), (150.0, False), (0, False)])

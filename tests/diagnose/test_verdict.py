@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from rcc_sim.diagnose import descent
+from rcc_sim.diagnose import stands as verdicts
 from rcc_sim.diagnose.candidates import Search
 from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.compete import outweighed
@@ -109,7 +110,7 @@ def stands(effect, gain, change, sharpened=1.0):
     own = Remainder(change, effect, "time_s", [], shares=np.zeros(1))
     left = Remainder(change, effect, "time_s", [], rivals=(own,))
     cause = Cause(effect, (key,), gain, sharpened=sharpened)
-    return bool(standing(engine, [cause], left, fit))
+    return bool(standing(Standing(engine, fit, [cause], left)))
 
 
 def test_a_cause_that_comes_and_goes_is_withdrawn():
@@ -133,6 +134,7 @@ def test_causes_that_stay_are_fitted_again_from_where_all_stood(monkeypatch):
     now = Standing(None, all_of, [stays, CAUSE], NOTHING)
     begun = []
     monkeypatch.setattr(descent, "fit", lambda _, start, knobs: begun.append(start))
+    monkeypatch.setattr(verdicts, "remainder", lambda *_: NOTHING)
     only(None, found, now, [stays])
     only(None, found, now, [])
     # a load of -690 kg beside a mass of 300 kg is no vehicle
@@ -150,6 +152,7 @@ def test_what_a_profile_holds_is_not_fitted_again_beside_it(monkeypatch):
     heater = Cause("auxiliary_load", (power.key,), 900.0, profiles={0: None})
     begun = []
     monkeypatch.setattr(descent, "fit", lambda _, start, knobs: begun.append(start))
+    monkeypatch.setattr(verdicts, "remainder", lambda *_: NOTHING)
     only(None, found, Standing(None, both, [heater, CAUSE], NOTHING), [heater])
     assert begun == [{mass.key: 1490.0}]
 

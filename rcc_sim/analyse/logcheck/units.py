@@ -239,7 +239,7 @@ def geared(
     if vehicle is None or not pair.isdisjoint(suspects):
         return []
     radius = vehicle.tyres.radius_m
-    margin = max(GEARED, 3 * radius.sd / radius.value)
+    margin = max(GEARED, 3 * radius.tolerance / radius.value)
     return [
         Finding(
             "inconsistent",
