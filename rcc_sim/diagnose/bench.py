@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from rcc_sim.analyse.heading import TURN_RATE, turn_rate
 from rcc_sim.diagnose.engine import Engine
-from rcc_sim.diagnose.fit import Fit
+from rcc_sim.diagnose.fit import Fit, of_unit_diagonal
 from rcc_sim.diagnose.knobs import BIAS, Knob, figures_of
 from rcc_sim.diagnose.limits import level_column, limits_of
 from rcc_sim.diagnose.menu import (
@@ -357,8 +357,7 @@ class Told:
         _, self.A = columns(fit, signals)
         self.times = times
         N = precision(fit, signals) + times * self.A.T @ self.A
-        self.unit = 1 / np.sqrt(np.diag(N) + 1e-300)
-        self.N = N * np.outer(self.unit, self.unit) + 1e-10 * np.eye(len(N))
+        self.N, self.unit = of_unit_diagonal(N)
 
     def __call__(self, d: Array) -> float:
         """Return the nats of one difference."""

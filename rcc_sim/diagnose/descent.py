@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.diagnose.engine import Engine
-from rcc_sim.diagnose.fit import Fit, Tangent
+from rcc_sim.diagnose.fit import FIRM, Fit, Tangent, of_unit_diagonal
 from rcc_sim.diagnose.knobs import Knob, nuisance_knobs, starts_of
 from rcc_sim.diagnose.noise import Whitener, curvature, weights
 
@@ -151,7 +151,7 @@ def under_its_noise(engine: Engine, fit: Fit) -> Fit | None:
 
     None where no vehicle could have them.
     """
-    now = engine.attempt(fit.values, fit.knobs, fit.noise)
+    now = engine.at(fit, fit.values)
     if now is None:
         return None
     along = engine.whitened(fit.signals, fit.noise)
@@ -178,11 +178,9 @@ def slopes(
     if rows is not None:
         w, A = w[rows], A[rows]
     W = weights(w)
-    sd = np.array([k.sd for k in now.knobs])
     B = A.T * np.sqrt(W)
-    H = curvature(W) * (B @ B.T) + np.diag(1 / sd**2)
-    off = np.array([(now.values[k.key] - k.value) / k.sd**2 for k in now.knobs])
-    return H, A.T @ (W * w) + off
+    H = curvature(W) * (B @ B.T) + np.diag(1 / now.prior_sd**2)
+    return H, A.T @ (W * w) + now.off / now.prior_sd**2
 
 
 def at_bounds(now: Fit) -> tuple[Mask, Mask]:
@@ -205,8 +203,7 @@ def bounded_step(H: Array, g: Array, least: Mask, most: Mask) -> Array:
     least, most : ndarray of bool, shape (k,)
         Figures at their lower and upper bounds.
     """
-    unit = 1 / np.sqrt(np.diag(H) + 1e-300)
-    scaled = H * np.outer(unit, unit) + 1e-9 * np.eye(len(H))
+    scaled, unit = of_unit_diagonal(H, FIRM)
     free = np.ones(len(H), dtype=bool)
     while True:
         step = np.zeros(len(H))
@@ -245,7 +242,7 @@ def line_search(
 
 def stepped(engine: Engine, now: Fit, step: Array) -> Fit | None:
     """Return a fit after a step; None where no vehicle has such figures."""
-    return engine.attempt(figures_after(now, step), now.knobs, now.noise)
+    return engine.at(now, figures_after(now, step))
 
 
 def figures_after(now: Fit, step: Array) -> dict[str, float]:
@@ -284,11 +281,9 @@ def over_steps(
         at = [(1 + share) * now.values[k.key] for share in BESIDE]
         at += [k.value + n * k.sd for n in places] if isfinite(k.sd) else []
         tried += [now.values | {k.key: k.within(x)} for x in at]
-    fits = engine.each(lambda x: engine.attempt(x, now.knobs, now.noise), tried)
+    fits = engine.each(lambda x: engine.at(now, x), tried)
     best = max(filter(None, fits), key=lambda f: f.score, default=now)
-    if best.score <= now.score + SETTLED:
-        return now
-    return replace(best, information=now.information, signals=now.signals)
+    return now if best.score <= now.score + SETTLED else best
 
 
 def at_thresholds(engine: Engine, now: Fit, values: Mapping[str, float]) -> Fit:
@@ -300,10 +295,8 @@ def at_thresholds(engine: Engine, now: Fit, values: Mapping[str, float]) -> Fit:
     there = {key: values[key] for key in stepped & values.keys()}
     if there.items() <= now.values.items():
         return now
-    new = engine.attempt(now.values | there, now.knobs, now.noise)
-    if new is None or new.score <= now.score + SETTLED:
-        return now
-    return replace(new, information=now.information, signals=now.signals)
+    new = engine.at(now, now.values | there)
+    return now if new is None or new.score <= now.score + SETTLED else new
 
 
 def climbed(engine: Engine, now: Fit, knob: Knob, tried: Iterable[float] = ()) -> Fit:

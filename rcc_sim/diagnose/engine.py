@@ -208,6 +208,16 @@ class Engine:
         except InputError:
             return None
 
+    def at(self, fit: Fit, values: dict[str, float]) -> Fit | None:
+        """Return a fit at other figures, its knobs, noise and signals as they are.
+
+        None for figures that no such vehicle can have together.
+        """
+        there = self.attempt(values, fit.knobs, fit.noise)
+        if there is None:
+            return None
+        return replace(there, signals=fit.signals, information=fit.information)
+
     def signals(
         self, values: dict[str, float], knobs: Sequence[Knob]
     ) -> list[list[Array]]:

@@ -14,6 +14,10 @@ from rcc_sim.diagnose.noise import Whitener
 
 Array = NDArray[np.float64]
 
+RIDGE, FIRM = 1e-10, 1e-9
+"""Added to a diagonal of ones, for figures of which nothing is known; and where a step
+is taken by it."""
+
 
 @dataclass(frozen=True)
 class Fit:
@@ -51,6 +55,16 @@ class Fit:
         """Log-posterior, up to a constant."""
         return self.loglik + self.prior
 
+    @property
+    def off(self) -> Array:
+        """How far the figures are from what is expected of them, shape (k,)."""
+        return np.array([self.values[k.key] - k.value for k in self.knobs])
+
+    @property
+    def prior_sd(self) -> Array:
+        """Standard deviations of what is expected of them, shape (k,)."""
+        return np.array([k.sd for k in self.knobs])
+
     def holding(self, *keys: str) -> Fit:
         """Return the same with some figures held where they are."""
         kept = [i for i, k in enumerate(self.knobs) if k.key not in keys]
@@ -86,10 +100,19 @@ class Fit:
 
     def sds(self) -> Array:
         """Standard deviations of all figures, each with the others free."""
-        unit = 1 / np.sqrt(np.diag(self.information) + 1e-300)
-        scaled = self.information * np.outer(unit, unit) + 1e-10 * np.eye(len(unit))
+        scaled, unit = of_unit_diagonal(self.information)
         spread: Array = np.sqrt(np.diag(np.linalg.inv(scaled))) * unit
         return spread
+
+
+def of_unit_diagonal(A: Array, ridge: float = RIDGE) -> tuple[Array, Array]:
+    """Return a curvature in units in which its diagonal is 1, and those units.
+
+    Where one figure is counted in kilograms and another in radians, solving would cost
+    digits else.
+    """
+    unit = 1 / np.sqrt(np.diag(A) + 1e-300)
+    return A * np.outer(unit, unit) + ridge * np.eye(len(A)), unit
 
 
 @dataclass(frozen=True)

@@ -112,10 +112,9 @@ def evidence_of(engine: Engine, null: Fit, candidates: Sequence[Candidate]) -> E
         (pair, d) for pair, d in zip(searches, found, strict=True) if d is not None
     ]
     c, G = _form(null, [*null.signals, *(d for _, d in pairs)])
-    off = np.array([null.values[k.key] - k.value for k in null.knobs])
-    c += G[:, : len(off)] @ off
+    c += G[:, : len(null.knobs)] @ null.off
     biases = np.array([k.key.startswith(BIAS) for k in null.knobs])
-    sd = np.array([k.sd for k in null.knobs])
+    sd = null.prior_sd
     c, G = _blurred(c, G, np.flatnonzero(biases), 1 / sd[biases] ** 2)
     strengths = tuple(
         Strength(e, s.key, s.neutral, s.low, s.high, abs(s.first - s.neutral))

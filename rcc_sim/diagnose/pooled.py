@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 
 from rcc_sim.definitions.figure import Z_90
 from rcc_sim.diagnose.cause import TIED
+from rcc_sim.diagnose.fit import of_unit_diagonal
 from rcc_sim.diagnose.pool import Evidence, Strength
 from rcc_sim.diagnose.refine import LESS_LIKELY
 from rcc_sim.diagnose.verdict import INTERVAL
@@ -205,8 +206,7 @@ def _moments(x: Array, J: Array, mean: float) -> float:
 
 
 def _solved(A: Array, b: Array) -> Array:
-    unit = 1 / np.sqrt(np.diag(A) + 1e-300)
-    scaled = A * np.outer(unit, unit) + 1e-10 * np.eye(len(A))
+    scaled, unit = of_unit_diagonal(A)
     return np.asarray(unit[:, None] * np.linalg.solve(scaled, b * unit[:, None]))
 
 

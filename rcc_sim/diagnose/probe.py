@@ -266,8 +266,7 @@ class Probe:
         rest = np.concatenate([w(e) for w, e in zip(noise, left, strict=True)])
         W = np.sqrt(weights(rest))
         A, r, J = A.times(W), W * r, W[:, None] * J
-        off = np.array([fit.values[k.key] - k.value for k in fit.knobs])
-        M, b, back = freed(A, r, J, np.array([k.sd for k in fit.knobs]), off)
+        M, b, back = freed(A, r, J, fit.prior_sd, fit.off)
         evidence, value, sd, mean_sd = likeliest(M, b, prior, H.mean(axis=0))
         cost = float(b @ value - 0.5 * value @ M @ value) - evidence
         return Weighed(evidence, value, sd, back(value), cost, (M, b), mean_sd)
@@ -281,8 +280,7 @@ class Probe:
         likelihood of that, by that noise, to the likelihood of all by its own.
         """
         fit = self.fit
-        sd = np.array([k.sd for k in fit.knobs])
-        off = np.array([fit.values[k.key] - k.value for k in fit.knobs])
+        sd, off = fit.prior_sd, fit.off
         before = self._left(tracks)
         by = [fit.noise[i] for i in tracks]
         all_in = sum(log_likelihood(w, e) for w, e in zip(by, before, strict=True))

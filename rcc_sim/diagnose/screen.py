@@ -146,11 +146,9 @@ class Screen:
         self.engine, self.base = engine, base
         self.start = engine.residuals(base.values, coarse=True)
         A = engine.whitened(base.signals, base.noise).white
-        sd = np.array([k.sd for k in base.knobs])
-        off = np.array([(base.values[k.key] - k.value) / k.sd for k in base.knobs])
-        self.Q, _ = np.linalg.qr(np.vstack([A, np.diag(1 / sd)]))
+        self.Q, _ = np.linalg.qr(np.vstack([A, np.diag(1 / base.prior_sd)]))
         r = engine.white(base.residuals, base.noise)
-        self.left = self.free(np.concatenate([r, off]))
+        self.left = self.free(np.concatenate([r, base.off / base.prior_sd]))
         self.shown: dict[str, list[Shown]] = {}
         self.promised: dict[str, Promise] = {}
         self.slopes: dict[str, Slope] = {}

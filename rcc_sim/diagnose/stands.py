@@ -189,10 +189,10 @@ def nats_beside(engine: Engine, cause: Cause, left: Remainder, fit: Fit) -> floa
     in its tracks: (s + u) - (s' + u'), the dashed ones without it.
     """
     bare = fit.without(cause.keys)
-    less = engine.attempt(bare.values, bare.knobs, fit.noise)
+    less = engine.at(bare, bare.values)
     if less is None:
         return inf
-    less = descent.improved(engine, replace(less, signals=bare.signals), descent.ROUNDS)
+    less = descent.improved(engine, less, descent.ROUNDS)
     u, v = (
         r.against(cause.effect, cause.shares) for r in (left, remainder(engine, less))
     )

@@ -67,13 +67,9 @@ def released(
         now, pull = fit.values[knob.key], pulls[knob.key]
         much = now / knob.value if search.acts == "factor" else now - knob.value
         values = {key: min(max(much, search.low), search.high)}
-        start = engine.attempt(
-            fit.values | values | {knob.key: knob.value}, fit.knobs, fit.noise
-        )
-        if start is None:
-            continue
-        start = replace(start, signals=fit.signals, information=fit.information)
-        found.append((Screened(candidate, 0.5 * pull**2, values), start))
+        start = engine.at(fit, fit.values | values | {knob.key: knob.value})
+        if start is not None:
+            found.append((Screened(candidate, 0.5 * pull**2, values), start))
     return found
 
 
@@ -138,7 +134,7 @@ def afresh(
     limits, and need not find back as it grows.
     """
     stated = {k.key: k.value for k in fit.knobs if k.sd < inf and BIAS not in k.key}
-    start = engine.attempt(fit.values | stated, fit.knobs, fit.noise)
+    start = engine.at(fit, fit.values | stated)
     if start is None:
         return []
     start = replace(start, signals=engine.signals(start.values, start.knobs))

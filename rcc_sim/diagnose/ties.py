@@ -32,7 +32,7 @@ from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.candidates import Candidate
 from rcc_sim.diagnose.cause import TIED, Cause
 from rcc_sim.diagnose.engine import MEMORY, Engine
-from rcc_sim.diagnose.fit import Fit
+from rcc_sim.diagnose.fit import FIRM, Fit, of_unit_diagonal
 from rcc_sim.diagnose.knobs import nuisance_knobs
 from rcc_sim.diagnose.noise import CURVATURE, weights
 from rcc_sim.diagnose.pursue import with_effect
@@ -322,17 +322,16 @@ def apart(engine: Engine, true: Fit, other: Fit) -> float:
     ]
     A = np.column_stack([engine.white(j, true.noise) for j, _ in free])
     sd = np.array([k.sd for _, k in free])
-    off = np.array([(other.values[k.key] - k.value) / k.sd for _, k in free])
+    off = np.array([other.values[k.key] - k.value for _, k in free]) / sd
     root = np.sqrt(CURVATURE)
     return max(least_squares(root * A, root * d, sd, off) + true.prior, 0.0)
 
 
 def least_squares(A: Array, d: Array, sd: Array, off: Array) -> float:
     """Half the least square of d + A x, and of (off + x / sd), over all x."""
-    unit = 1 / np.sqrt((A**2).sum(0) + 1 / sd**2 + 1e-300)
-    N = (A.T @ A + np.diag(1 / sd**2)) * np.outer(unit, unit)
+    N, unit = of_unit_diagonal(A.T @ A + np.diag(1 / sd**2), FIRM)
     g = (A.T @ d + off / sd) * unit
-    x = np.linalg.solve(N + 1e-9 * np.eye(len(N)), g)
+    x = np.linalg.solve(N, g)
     return 0.5 * float(d @ d + off @ off - g @ x)
 
 

@@ -44,7 +44,7 @@ def wider_by(engine: Engine, fit: Fit, knob: Knob, sd: float) -> float:
     for _ in range(DOUBLED):
         ends = {knob.within(x - by), knob.within(x + by)} - {x}
         at = [fit.values | {knob.key: end} for end in ends]
-        tried = engine.each(lambda v: engine.attempt(v, fit.knobs, fit.noise), at)
+        tried = engine.each(lambda v: engine.at(fit, v), at)
         each = [fit.score - f.score for f in tried if f is not None]
         lost.append(float(np.mean(each)) if each else 0.0)
         beyond, scatter = beyond_tip(lost)

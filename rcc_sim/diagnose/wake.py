@@ -29,7 +29,7 @@ def woken(engine: Engine, null: Fit) -> Fit:
         tried = [knob.within(knob.value + off * knob.sd) for off in OFF]
 
         def one(x: float, key: str = knob.key, base: Fit = null) -> Fit | None:
-            return engine.attempt({**base.values, key: x}, base.knobs, base.noise)
+            return engine.at(base, {**base.values, key: x})
 
         fits = [f for f in engine.each(one, tried) if f is not None]
         best = max(fits, key=lambda f: f.score, default=null)

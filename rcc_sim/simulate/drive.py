@@ -137,9 +137,7 @@ class Drive:
         return replace(self, measured=self.measured._replace(**other))
 
 
-def drive_of(
-    log: Trace, vehicle: Vehicle, window: float = 0.01, jerk: float | None = None
-) -> Drive:
+def drive_of(log: Trace, vehicle: Vehicle, window: float = 0.01) -> Drive:
     """Return what drove the vehicle of a log: its commands, or else its motion.
 
     Parameters
@@ -150,8 +148,6 @@ def drive_of(
         Its controller's mode decides which commands count.
     window : float
         Time before a row over which flows are averaged. [s]
-    jerk : float or None
-        For :func:`rcc_sim.simulate.smooth.smoothed`; None: by cross-validation.
 
     Raises
     ------
@@ -170,7 +166,7 @@ def drive_of(
         unseen = in_holes(time, np.isfinite(speed))
         felt = log["accel_x_mps2"] if has(log, "accel_x_mps2") else None
         means = len(time) > 1 and window >= SAMPLED * interval_of(time)
-        speed, accel, smear = smoothed(time, speed, felt, jerk, means=means)
+        speed, accel, smear = smoothed(time, speed, felt, means=means)
         if len(time) > 2 and not accel.any() and not means:
             accel = np.where(speed > 0, np.gradient(speed, time), 0.0)
     stand = is_on_stand(log)

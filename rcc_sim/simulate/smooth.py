@@ -83,7 +83,6 @@ def smoothed(
     time: Array,
     speed: Array,
     accel: Array | None = None,
-    jerk: float | None = None,
     *,
     means: bool = False,
 ) -> Smoothed:
@@ -99,8 +98,6 @@ def smoothed(
     accel : ndarray or None
         Logged acceleration, a second witness: samples, or means since the row before
         (:func:`felt_as`). [m/s²]
-    jerk : float or None
-        Spectral size of the jerk; chosen by cross-validation where None. [m/s³ √s]
     means : bool
         Whether the log's other rows are means.
     """
@@ -117,7 +114,7 @@ def smoothed(
     felt = None
     if accel is not None:
         felt = felt_as(time, told, accel, noise=noise, means=means)
-    calm = without_noise(time, told, noise, felt=felt, jerk=jerk)
+    calm = without_noise(time, told, noise, felt=felt)
     moves = ~stands(speed)
     return Smoothed(moves * calm.speed, moves * calm.accel, calm.smear)
 
@@ -132,19 +129,13 @@ def stands(speed: Array) -> NDArray[np.bool_]:
 
 
 def without_noise(
-    time: Array,
-    speed: Array,
-    noise: float,
-    *,
-    felt: Felt | None = None,
-    jerk: float | None = None,
+    time: Array, speed: Array, noise: float, *, felt: Felt | None = None
 ) -> Smoothed:
     """Return what a speed [m/s] is behind a known noise [m/s], however rough it looks.
 
-    By a given size of the jerk, or the one that foresees it best.
+    By the size of the jerk that foresees it best.
     """
-    if jerk is None:
-        jerk = chosen_jerk(time, speed, noise=noise, felt=felt)
+    jerk = chosen_jerk(time, speed, noise=noise, felt=felt)
     calm, change = smooth_speed(time, speed, noise=noise, jerk=jerk, felt=felt)
     return Smoothed(calm, change, smear_of(noise, interval_of(time), jerk))
 

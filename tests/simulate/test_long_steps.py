@@ -96,7 +96,7 @@ def test_means_before_a_row_are_over_their_own_time_however_long_the_steps():
     """A speed that bends between the rows: what it gains in the last 10 ms of each."""
     speed = 10 + 3 * np.sin(0.9 * TIME)
     log = Trace({"time_s": TIME, "speed_mps": speed}, name="x")
-    drive = drive_of(log, truck(), jerk=None)
+    drive = drive_of(log, truck())
     long, short = (
         replay(truck(), drive, coarse=c, substeps=k)
         for c, k in ((True, 1), (False, 20))
