@@ -172,9 +172,7 @@ def check_throttle(vehicle: Vehicle, *, given: bool) -> None:
     InputError
         If the mode is throttle and there is no log of it, or the other way round.
     """
-    by_throttle = (
-        vehicle.controller is not None and vehicle.controller.mode == "throttle"
-    )
+    by_throttle = vehicle.mode == "throttle"
     if by_throttle and not given:
         raise InputError(
             f"{vehicle.where}: controller.mode: a throttle cannot follow a cycle",

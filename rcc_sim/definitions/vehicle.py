@@ -93,6 +93,11 @@ class Vehicle:
         return self.vehicle.name
 
     @property
+    def mode(self) -> str:
+        """What its controller obeys: speed, torque or throttle; torque without one."""
+        return self.controller.mode if self.controller else "torque"
+
+    @property
     def wheelbase(self) -> float:
         """Distance between the axles. [m]"""
         return self.body.cg_to_front_axle_m.value + self.body.cg_to_rear_axle_m.value

@@ -13,7 +13,7 @@ import numpy as np
 
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
-from rcc_sim.diagnose.probe import Probe, probe_size
+from rcc_sim.diagnose.probe import Probe
 from rcc_sim.diagnose.profile import Profile
 from rcc_sim.diagnose.shapes import ALTIMETER
 from rcc_sim.diagnose.strengths import CLIMBS
@@ -68,7 +68,7 @@ def wander(
     problem = engine.problems[log]
     if not problem.drive.climbed:
         return None
-    probe = Probe(engine, fit, CLIMBS[0], probe_size(engine, CLIMBS[0]))
+    probe = Probe(engine, fit, CLIMBS[0])
     x = problem.coordinate(drag.along)
     slope = probe.profile(log, drag.along, x, len(drag.knots))
     if slope.evidence < AS_WELL * nats:

@@ -11,7 +11,7 @@ from rcc_sim.diagnose.altimeter import Wander
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import nuisance_knobs, scale_key
-from rcc_sim.diagnose.probe import Probe, probe_size
+from rcc_sim.diagnose.probe import Probe
 from rcc_sim.diagnose.profile import Profile, with_acting
 from rcc_sim.diagnose.remainder import acting_as, as_heights, carrier_of
 from rcc_sim.diagnose.shapes import ALTIMETER
@@ -72,7 +72,7 @@ def felt_slope(engine: Engine, fit: Fit, log: int) -> Profile:
     Beside heights as steep as the fit has them: a share of all hills is none of it.
     """
     fit = fit.holding(scale_key(log, ALTIMETER))
-    probe = Probe(engine, fit, CLIMBS[0], probe_size(engine, CLIMBS[0]))
+    probe = Probe(engine, fit, CLIMBS[0])
     distance = engine.problems[log].distance
     tried = [probe.profile(log, "distance_m", distance, n) for n in WINDOW_COUNTS]
     best = max(tried, key=lambda p: p.evidence)

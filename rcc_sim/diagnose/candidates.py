@@ -246,12 +246,11 @@ def is_whole(vehicle: Vehicle, effect: Effect) -> bool:
 def shows_in(problem: Problem, drives: Collection[str]) -> bool:
     """Tell whether a drive is all that it must be for a figure to show in it."""
     vehicle, drive = problem.vehicle, problem.drive
-    mode = vehicle.controller.mode if vehicle.controller else "torque"
     found = {
         "commanded": not drive.imposed,
         "imposed": drive.imposed,
-        "speed_loop": mode == "speed",
-        "throttle": mode == "throttle",
+        "speed_loop": vehicle.mode == "speed",
+        "throttle": vehicle.mode == "throttle",
         "steered": drive.steered,
         "turning": not drive.turns_as_measured,
         "unsurveyed": not problem.surveyed,

@@ -54,9 +54,10 @@ def in_gusts(engine: Engine, fit: Fit, cause: Cause) -> tuple[Engine, Fit, Cause
     drag area too large makes up for gusts that were smoothed.
     """
     key, along = PROFILES[WIND]
-    stated, size = engine.problems[0].stated(key), probe_size(engine, key)
+    stated = engine.problems[0].stated(key)
     about = fit.holding(key)
-    steady = Knob(key, stated, STEADY, *EFFECTS[WIND].param("speed_mps").bounds, size)
+    bounds = EFFECTS[WIND].param("speed_mps").bounds
+    steady = Knob(key, stated, STEADY, *bounds, probe_size(engine, key))
     alone = descent.fit(engine, {key: stated} | fit.values, [*about.knobs, steady])
     level, sd = alone.values[key] - stated, alone.sd(key)
     x = [problem.coordinate(along) for problem in engine.problems]
@@ -65,7 +66,7 @@ def in_gusts(engine: Engine, fit: Fit, cause: Cause) -> tuple[Engine, Fit, Cause
     for _ in range(ROUNDS):
         blows = with_acting(engine, {i: p.raised(level) for i, p in gusts.items()})
         fit = descent.fit(blows, fit.values, about.knobs)
-        probe = Probe(blows, fit, key, size).as_if_none(gusts)
+        probe = Probe(blows, fit, key).as_if_none(gusts)
         before, gusts = gusts, {}
         for i, p in before.items():
             n = len(p.knots)
@@ -95,7 +96,7 @@ def nats_of_gusts(engine: Engine, fit: Fit) -> float:
     if not (is_imposed(engine) and has_needs(vehicle, EFFECTS[WIND])):
         return 0.0
     key, along = PROFILES[WIND]
-    probe = Probe(engine, fit, key, probe_size(engine, key))
+    probe = Probe(engine, fit, key)
     return likeliest_of(probe, "wind", {along: COUNTS}).evidence
 
 

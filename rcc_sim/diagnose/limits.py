@@ -59,15 +59,12 @@ def level_column(problem: Problem) -> str:
     """Return the column by which a drive like that of a log is made."""
     if problem.drive.imposed:
         return "speed_mps"
-    controller = problem.vehicle.controller
-    mode = controller.mode if controller else "torque"
-    return COMMANDS.get(mode, "speed_mps")
+    return COMMANDS.get(problem.vehicle.mode, "speed_mps")
 
 
 def limits_of(problem: Problem) -> Limits:
     """Return what a log shows that can be driven."""
     log, drive, vehicle = problem.log, problem.drive, problem.vehicle
-    mode = vehicle.controller.mode if vehicle.controller else "torque"
     speed = problem.driven_speed
     top = float(speed.max()) or 1.0
     command = top
@@ -94,6 +91,6 @@ def limits_of(problem: Problem) -> Limits:
         lateral=lateral,
         still=2.0,
         seconds=max(min(duration, 300.0), 30.0),
-        coasts=drive.imposed or mode != "speed" or freely,
+        coasts=drive.imposed or vehicle.mode != "speed" or freely,
         wheelbase=vehicle.wheelbase,
     )

@@ -105,8 +105,7 @@ def recalling(problem: Problem) -> Problem:
     The loop itself holds the model to its reference; an open-loop car would drift.
     """
     speed = problem.drive.measured.speed
-    controller = problem.vehicle.controller
-    loops = controller is not None and controller.mode == "speed"
+    loops = problem.vehicle.mode == "speed"
     if problem.drive.imposed or not loops or not np.isfinite(speed).any():
         return problem
     rng = np.random.default_rng(0)

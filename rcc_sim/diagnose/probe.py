@@ -51,9 +51,15 @@ ROUNDS = 4
 
 
 class Probe:
-    """The signal of one figure at a fit, ready to be cut into windows."""
+    """The signal of one figure at a fit, ready to be cut into windows.
 
-    def __init__(self, engine: Engine, fit: Fit, key: str, size: float) -> None:
+    By a step of it of some size; a small one where it is not given.
+    """
+
+    def __init__(
+        self, engine: Engine, fit: Fit, key: str, size: float | None = None
+    ) -> None:
+        size = probe_size(engine, key) if size is None else size
         self.engine, self.fit, self.key = engine, fit, key
         self._white: dict[int, Array] = {}
         self._without: dict[int, float] = {}

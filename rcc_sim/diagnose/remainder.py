@@ -17,7 +17,7 @@ from rcc_sim.diagnose.engine import MEMORY, Engine
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import Knob
 from rcc_sim.diagnose.noise import log_density
-from rcc_sim.diagnose.probe import Probe, probe_size
+from rcc_sim.diagnose.probe import Probe
 from rcc_sim.diagnose.problem import SINCE_BRAKING, SINCE_STANDING
 from rcc_sim.diagnose.profile import Profile, overlap
 from rcc_sim.diagnose.shapes import LATERAL, STIFFNESS
@@ -231,7 +231,7 @@ def with_cut(left: Remainder, engine: Engine, fit: Fit, cause: Cause) -> Remaind
     if not cause.cut:
         return left
     cuts, key = [left], cause.keys[0]
-    probe = Probe(engine, fit, key, probe_size(engine, key))
+    probe = Probe(engine, fit, key)
     for i, beyond in cause.cut.items():
         x = engine.problems[i].coordinate(beyond.along)
         found = windows_of(probe, i, beyond, x)
@@ -269,7 +269,7 @@ def carrier_of(engine: Engine, fit: Fit, name: str) -> str:
 
 def acting_as(engine: Engine, fit: Fit, name: str, key: str) -> list[Remainder]:
     """Return the likeliest form of a way of acting, as one figure does."""
-    probe = Probe(engine, fit, key, probe_size(engine, key))
+    probe = Probe(engine, fit, key)
     return [likeliest_of(probe, name, GRIPS if name == "grip" else FOLLOWS)]
 
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from rcc_sim.diagnose.cause import ENOUGH, PROFILES, Cause
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
-from rcc_sim.diagnose.probe import Probe, probe_size
+from rcc_sim.diagnose.probe import Probe
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.profile import Profile
 from rcc_sim.diagnose.remainder import carrier_of
@@ -91,7 +91,7 @@ def beside_noise(engine: Engine, fit: Fit, *, hidden: bool) -> Cause | None:
     if any(w.drift is not None for w in fit.noise):
         return None
     key, along = PROFILES[LOAD]
-    probe = Probe(engine, fit, key, probe_size(engine, key))
+    probe = Probe(engine, fit, key)
     courses: dict[int, Course] = {}
     for i, problem in enumerate(engine.problems):
         x = problem.coordinate(along)
@@ -102,7 +102,7 @@ def beside_noise(engine: Engine, fit: Fit, *, hidden: bool) -> Cause | None:
     if not courses:
         return None
     drag = carrier_of(engine, fit, "drag")
-    other = Probe(engine, fit, drag, probe_size(engine, drag))
+    other = Probe(engine, fit, drag)
     rivals = {
         i: other.beside_noise(i, c.windows, c.shape).evidence - c.cost
         for i, c in courses.items()

@@ -89,7 +89,7 @@ def beyond_drag(course: Cause) -> float:
 def with_its_noise(engine: Engine, fit: Fit, cause: Cause) -> float:
     """Nats of a cause's profiles, each together with the noise that it leaves."""
     key, along = PROFILES[cause.effect]
-    probe = Probe(engine, held(fit, key), key, probe_size(engine, key))
+    probe = Probe(engine, held(fit, key), key)
     return sum(
         probe.with_noise(p, i, engine.problems[i].coordinate(along))
         for i, p in cause.profiles.items()
@@ -101,7 +101,7 @@ def as_profile(engine: Engine, fit: Fit, effect: str) -> Cause | None:
     key, along = PROFILES[effect]
     found: dict[int, Profile] = {}
     coherence, sharpened = 0.0, 1.0
-    probe = Probe(engine, held(fit, key), key, probe_size(engine, key))
+    probe = Probe(engine, held(fit, key), key)
     for i, problem in enumerate(engine.problems):
         x = problem.coordinate(along)
         tried = [probe.profile(i, along, x, n) for n in WINDOW_COUNTS]
@@ -192,7 +192,7 @@ def with_profile(engine: Engine, fit: Fit, cause: Cause) -> tuple[Engine, Fit, C
         return in_gusts(engine, fit, cause)
     key, along = PROFILES[cause.effect]
     about = held(fit, key)
-    probe = Probe(engine, about, key, probe_size(engine, key))
+    probe = Probe(engine, about, key)
     found = {}
     for i, profile in cause.profiles.items():
         problem = engine.problems[i]
@@ -277,7 +277,7 @@ def more_of(
 ) -> dict[int, Profile]:
     """Return what a fit leaves of profiles that are known to act, log by log."""
     found = {}
-    probe = Probe(engine, fit, key, probe_size(engine, key))
+    probe = Probe(engine, fit, key)
     for i in profiles:
         problem = engine.problems[i]
         x = problem.coordinate(along)

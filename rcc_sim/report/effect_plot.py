@@ -155,7 +155,7 @@ def _values(car: Vehicle, effect: Effect) -> dict[str, float | str]:
 
 
 def _driven(car: Vehicle) -> Trace:
-    if car.controller is not None and car.controller.mode == "throttle":
+    if car.mode == "throttle":
         time = np.linspace(0.0, 12.0, 1201)
         throttle: NDArray[np.float64] = np.interp(
             time, [0, 1, 5, 6, 8, 9, 12], [0, 0.1, 0.3, 0.3, 0.15, 0, 0]

@@ -141,7 +141,7 @@ def _grip(vehicle: Vehicle, asked: Demand) -> Limit:
 
 
 def _braking(vehicle: Vehicle, asked: Demand) -> Limit | None:
-    if vehicle.controller is None or vehicle.controller.mode != "speed":
+    if vehicle.mode != "speed":
         return None  # friction brakes do the rest
     if "regeneration_limit" not in vehicle.effects:
         return None

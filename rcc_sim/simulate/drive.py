@@ -279,8 +279,7 @@ def is_imposed(log: Trace, vehicle: Vehicle) -> bool:
 
 def has_commands(log: Trace, vehicle: Vehicle) -> bool:
     """Tell whether a log has the commands that this vehicle's controller obeys."""
-    mode = vehicle.controller.mode if vehicle.controller else "torque"
-    command = COMMANDS.get(mode)
+    command = COMMANDS.get(vehicle.mode)
     return command is not None and has(log, command)
 
 
@@ -301,11 +300,10 @@ def has(log: Trace, column: str) -> bool:
 
 
 def _refuse(log: Trace, vehicle: Vehicle) -> None:
-    mode = vehicle.controller.mode if vehicle.controller else "torque"
-    command = COMMANDS.get(mode)
+    command = COMMANDS.get(vehicle.mode)
     either = f"{command}, or speed_mps" if command else "speed_mps"
     raise InputError(
-        f"{log.name}: nothing drives {vehicle.name}, whose mode is {mode}: "
+        f"{log.name}: nothing drives {vehicle.name}, whose mode is {vehicle.mode}: "
         f"the log should hold {either}",
         f"there are {', '.join(log.columns)}",
     )
