@@ -69,9 +69,7 @@ class EnergyGap:
     @property
     def gap_percent(self) -> float | None:
         """The gap in percent of what was measured."""
-        if self.gap_wh is None or not self.measured_wh:
-            return None
-        return 100 * self.gap_wh / abs(self.measured_wh)
+        return percent_of(self.measured_wh, self.simulated_wh)
 
     @property
     def u_val(self) -> float:
@@ -142,6 +140,13 @@ def shaft_torque(columns: Mapping[str, Array], vehicle: Vehicle) -> Array | None
     if current is None or not np.isfinite(current).any() or not K_t:
         return None
     return K_t * current
+
+
+def percent_of(measured: float | None, simulated: float | None) -> float | None:
+    """Return measured less simulated energy, in percent of the size of the first."""
+    if simulated is None or not measured:
+        return None
+    return 100 * (measured - simulated) / abs(measured)
 
 
 def row_weights(time: Array, ok: Mask) -> Array:

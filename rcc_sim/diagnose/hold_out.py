@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.analyse.gap_energy import logged_power
+from rcc_sim.analyse.gap_energy import logged_power, percent_of, row_weights
 from rcc_sim.definitions.figure import Z_90
 from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.cause import Cause
@@ -253,7 +253,7 @@ def energy_percent(
                 return None
             measured += found[0]
             simulated += found[1]
-    return _percent(measured, simulated)
+    return percent_of(measured, simulated)
 
 
 def energy_by_log(
@@ -263,7 +263,7 @@ def energy_by_log(
     found: list[float | None] = []
     for i, p in enumerate(problems):
         both = energies(p, as_read(p, figures, i), figures_of(figures, i))
-        found.append(_percent(*both) if both else None)
+        found.append(percent_of(*both) if both else None)
     return found
 
 
@@ -283,14 +283,17 @@ def energies(
     power = logged_power(p.log)
     if power is None:
         return None
-    out = true.driven(figures)
-    dt = np.gradient(p.log["time_s"])
-    ok = np.isfinite(power) & np.isfinite(out["battery_power_w"])
+    model = true.driven(figures)["battery_power_w"]
+    ok = np.isfinite(power) & np.isfinite(model)
+    weights = row_times(p, ok)
     if rows is not None:
         ok &= rows
-    measured = float((power * dt)[ok].sum())
-    return measured, float((out["battery_power_w"] * dt)[ok].sum())
+    return float((power * weights)[ok].sum()), float((model * weights)[ok].sum())
 
 
-def _percent(measured: float, simulated: float) -> float | None:
-    return 100 * (measured - simulated) / measured if measured else None
+def row_times(p: Problem, ok: Mask) -> Array:
+    """Return the time that each row of a log stands for. [s]"""
+    if p.charge is not None:
+        return np.diff(p.charge.time[p.charge.edges])
+    later = ok & (np.arange(len(ok)) > 0)  # what flowed before the first is not known
+    return row_weights(p.log["time_s"], later)
