@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -15,22 +15,20 @@ from rcc_sim.diagnose.cause import (
     BRISK_ENOUGH,
     ENOUGH,
     PROFILES,
-    TIED,
     Cause,
 )
 from rcc_sim.diagnose.couples import coupled
-from rcc_sim.diagnose.detect import least_seen, shows_likely
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
-from rcc_sim.diagnose.gusts import OF_THE_AIR, WIND, may_blow, may_gust, nats_of_gusts
+from rcc_sim.diagnose.gusts import WIND, may_blow, may_gust, nats_of_gusts
 from rcc_sim.diagnose.knobs import BIAS
 from rcc_sim.diagnose.leave_out import one_alone, without_idle, without_outdone
+from rcc_sim.diagnose.look import looked, shows, told_from
 from rcc_sim.diagnose.profile import overlap
 from rcc_sim.diagnose.read_late import read_late
-from rcc_sim.diagnose.refine import Refined, contenders
+from rcc_sim.diagnose.refine import Refined
 from rcc_sim.diagnose.remainder import DRAG_OVER_TIME, Remainder, remainder
-from rcc_sim.diagnose.screen import Screened
-from rcc_sim.diagnose.starts import pulled, screened
+from rcc_sim.diagnose.starts import pulled
 from rcc_sim.diagnose.sums import with_all_figures
 from rcc_sim.diagnose.varying import (
     enough_of,
@@ -117,44 +115,34 @@ def compete(
     causes: list[Cause] = []
     ranking: dict[str, float] = {}
     outdone: set[str] = set()
-    current = null
-    asked: Fit | None = None
     close: list[Refined] = []
+    current = null
     late = read_late(engine, null, candidates)
     if late:
         current, causes = late.fit, [cause_of(engine, late, late.fit.noise)]
+    look = looked(engine, current, candidates, causes, told)
+    ranking |= look.alone
     for _ in range(TURNS):
         if len(causes) >= SOME and (
             is_another(current) or outweighed(causes, remainder(engine, current))
         ):
             break
-        if current is not asked:  # a profile that did not stand has changed nothing
-            asked = current
-            told(f"screening for cause {len(causes) + 1}")
-            found = screened(engine, current, free_of(candidates, causes))
-            constant = {r.candidate.effect: r.gain for r, _ in reversed(found)}
-            ranking = ranking or dict(constant)
-            told(f"refining cause {len(causes) + 1}")
-            refined = contenders(engine, current, found, ENOUGH)
+        if look.fit is not current:  # a profile that did not stand has changed nothing
+            look = looked(engine, current, candidates, causes, told)
         if not causes:
-            ranking |= {r.screened.candidate.effect: r.gain for r in refined}
-            close = [r for r in refined if r.gain > refined[0].gain - TIED]
-        best = next((r for r in refined if r.reaches(ENOUGH)), None)
-        one = cause_of(engine, best, current.noise) if best else None
-        named = {c.effect for c in candidates} - {
-            c.effect for c in causes if c.profiles
-        }
-        if not may_gust(engine, causes):
-            named -= {WIND}
-        varying, refuted = profile_cause(engine, current, named - outdone)
-        outdone |= refuted
-        held = constant | {r.screened.candidate.effect: r.before for r in refined}
+            ranking |= {r.screened.candidate.effect: r.gain for r in look.refined}
+            close = look.close
+        best, one = look.best, look.one
         enough = best and one and best.trusted >= needed_gain(causes, one.shares)
-        clear = varying is not None and is_clear(varying, one, held, causes)
+        named = may_vary(engine, candidates, causes) - outdone
+        varying, refuted = profile_cause(engine, current, named)
+        outdone |= refuted
+        if varying and not is_clear(varying, one, look.gains, causes):
+            varying = None
         with_best: Fit | None = None
-        if varying and clear and best and one and enough:
+        if varying and best and one and enough:
             with_best = before_profile(engine, current, best, one, varying)
-        if varying and clear and with_best is None:
+        if varying and with_best is None:
             ranking[varying.effect] = max(ranking.get(varying.effect, 0), varying.gain)
             left = remainder(engine, current)
             if stands_out(varying, left):
@@ -169,25 +157,24 @@ def compete(
             if best is None:  # another may vary in other channels
                 outdone.add(varying.effect)
                 continue
-        known = [r for r, _ in found]
-        if not (best and one and enough):
-            told(f"two causes at once, {len(causes) + 1}")
-            both = coupled(engine, current, known)
-            two = [cause_of(engine, r, r.fit.noise) for r in both]
-            if not two or any(c.gain < needed_gain(causes, c.shares) for c in two):
-                break
-            current = both[0].fit
-            for one in two:
-                ranking[one.effect] = max(ranking.get(one.effect, 0.0), one.gain)
-                causes = taken_in(causes, near_to(one, held, known))
+        if best and one and enough:
+            causes = taken_in(causes, near_to(one, look.gains, look.known))
+            current = with_best or fitted(engine, best)
             causes, current = with_all_figures(engine, current, causes, candidates)
+            if other and is_likelier(other(engine), current):
+                return compete(other(base), candidates, told)
+            other = None
             continue
-        causes = taken_in(causes, near_to(one, held, known))
-        current = with_best or fitted(engine, best)
+        told(f"two causes at once, {len(causes) + 1}")
+        both = coupled(engine, current, look.known)
+        two = [cause_of(engine, r, r.fit.noise) for r in both]
+        if not two or any(c.gain < needed_gain(causes, c.shares) for c in two):
+            break
+        current = both[0].fit
+        for one in two:
+            ranking[one.effect] = max(ranking.get(one.effect, 0.0), one.gain)
+            causes = taken_in(causes, near_to(one, look.gains, look.known))
         causes, current = with_all_figures(engine, current, causes, candidates)
-        if other and is_likelier(other(engine), current):
-            return compete(other(base), candidates, told)
-        other = None
     if late:
         effect = late.screened.candidate.effect
         ranking[effect] = max(ranking.get(effect, 0.0), late.gain)
@@ -197,7 +184,7 @@ def compete(
     causes, current = one_alone(engine, causes, current, close)
     causes.sort(key=lambda c: -c.gain)
     # beside all the causes; what took a tolerance's place was not tried at strengths
-    tried = {r.candidate.effect: r for r, _ in found if r.shown}
+    tried = {r.candidate.effect: r for r in look.known if r.shown}
     seen = {effect: told_from(r) for effect, r in tried.items()}
     hidden = frozenset(e for e, r in tried.items() if not shows(r, seen[e]))
     return Explanation(engine, null, current, tuple(causes), ranking, seen, hidden)
@@ -224,23 +211,13 @@ def acting(
     return engine, fit, [*(c for c in causes if c.effect != varying.effect), varying]
 
 
-def free_of(
-    candidates: Sequence[Candidate], causes: Sequence[Cause]
-) -> list[Candidate]:
-    """Return the candidates with the figures that no cause has yet.
-
-    Of an effect of which several figures may be off, others may follow the first. What
-    a wind acts by is not beside its gusts, whose size makes up for it.
-    """
-    keys = {c.effect: c.keys for c in causes}
-    gusty = any(c.effect == WIND and c.profiles for c in causes)
-    rest = [
-        replace(c, searches=c.beside(keys[c.effect])) if c.effect in keys else c
-        for c in candidates
-        if (c.several or c.effect not in keys)
-        and not (gusty and any(s.key in OF_THE_AIR for s in c.searches))
-    ]
-    return [c for c in rest if c.searches]
+def may_vary(
+    engine: Engine, candidates: Sequence[Candidate], causes: Sequence[Cause]
+) -> set[str]:
+    """Return the candidates that may vary: none that does already, nor vain gusts."""
+    varying = {c.effect for c in causes if c.profiles}
+    vain = set() if may_gust(engine, causes) else {WIND}
+    return {c.effect for c in candidates} - varying - vain
 
 
 def taken_in(causes: Sequence[Cause], one: Cause) -> list[Cause]:
@@ -249,24 +226,6 @@ def taken_in(causes: Sequence[Cause], one: Cause) -> list[Cause]:
     for c in same:
         one = replace(one, keys=c.keys + one.keys, gain=c.gain + one.gain)
     return [*(c for c in causes if c not in same), one]
-
-
-def told_from(screened: Screened) -> dict[str, float | None]:
-    """Return from what strength on the logs would tell each figure of a candidate."""
-    return {
-        search.key.rpartition(".")[2]: least_seen(
-            search, screened.shown[search.key], ENOUGH
-        )
-        for search in screened.candidate.searches
-    }
-
-
-def shows(screened: Screened, least: Mapping[str, float | None]) -> bool:
-    """Tell whether any figure of a candidate would show at a likely strength."""
-    return any(
-        shows_likely(s, least[s.key.rpartition(".")[2]])
-        for s in screened.candidate.searches
-    )
 
 
 def is_clear(

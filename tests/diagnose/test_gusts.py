@@ -9,9 +9,9 @@ from scipy.signal import lfilter
 from rcc_sim.analyse.logged import Logged
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.cause import Cause
-from rcc_sim.diagnose.compete import free_of
 from rcc_sim.diagnose.deliver import acting, write_mended
 from rcc_sim.diagnose.gusts import may_blow, may_gust
+from rcc_sim.diagnose.look import free_of
 from rcc_sim.diagnose.profile import Profile
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.diagnose.strengths import Prior, likeliest, prior_of, windows

@@ -7,7 +7,8 @@ from rcc_sim.analyse.logged import open_log
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.candidates import candidates_for
 from rcc_sim.diagnose.cause import Cause
-from rcc_sim.diagnose.compete import free_of, taken_in
+from rcc_sim.diagnose.compete import taken_in
+from rcc_sim.diagnose.look import free_of
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.simulate.drive import drive_of
