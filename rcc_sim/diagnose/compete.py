@@ -25,10 +25,10 @@ from rcc_sim.diagnose.knobs import BIAS
 from rcc_sim.diagnose.leave_out import one_alone, without_idle, without_outdone
 from rcc_sim.diagnose.look import looked, shows, told_from
 from rcc_sim.diagnose.profile import overlap
+from rcc_sim.diagnose.pulls import pulled
 from rcc_sim.diagnose.read_late import read_late
 from rcc_sim.diagnose.refine import Refined
 from rcc_sim.diagnose.remainder import DRAG_OVER_TIME, Remainder, remainder
-from rcc_sim.diagnose.starts import pulled
 from rcc_sim.diagnose.sums import with_all_figures
 from rcc_sim.diagnose.varying import (
     enough_of,

@@ -11,6 +11,15 @@ from scipy.special import chdtrc, ndtri_exp
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import RADIUS, Knob
 
+TOO_FAR = 3.0
+"""Standard deviations beyond which a tolerance that is pulled stands for a cause."""
+
+
+def pulled(fit: Fit, far: float) -> dict[str, float]:
+    """Tolerances that were pulled farther -> by how many sds."""
+    pulls = {k.key: _pull(fit, k) for k in fit.knobs}
+    return {key: pull for key, pull in pulls.items() if abs(pull) > far}
+
 
 def moved(fit: Fit, stated: Collection[str]) -> dict[str, float]:
     """Stated figures that a fit moved by their sds or more, in sds, farthest first.

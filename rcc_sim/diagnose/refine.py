@@ -13,9 +13,10 @@ from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.cause import TIED
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit, Tangent
+from rcc_sim.diagnose.pulls import pulled
 from rcc_sim.diagnose.pursue import ANEW, STEPS, effect_knobs, pursued, with_effect
 from rcc_sim.diagnose.screen import Screened
-from rcc_sim.diagnose.starts import afresh, pulled
+from rcc_sim.diagnose.starts import afresh
 
 Array = NDArray[np.float64]
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rcc_sim.analyse.logcheck.finding import runs
 from rcc_sim.diagnose.altimeter import Wander, wander
 from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.engine import MEMORY, Engine
@@ -340,16 +341,10 @@ def bursts(engine: Engine, fit: Fit, log: int) -> list[Remainder]:
             "channel": loudest,
             "share": float(nats[:, a:b].sum()) / total,
         }
-        for a, b in runs(nats.sum(0) > 0)
+        for a, b in zip(*runs(nats.sum(0) > 0), strict=True)
     ]
     shares = nats.sum(1) / (total or 1.0)
     return [Remainder(total, "steer", "time_s", found, None, log, shares)]
-
-
-def runs(mask: NDArray[np.bool_]) -> NDArray[np.intp]:
-    """Return where each run of true values begins and ends; shape (k, 2)."""
-    edges = np.diff(np.concatenate([[0], mask.astype(int), [0]]))
-    return np.flatnonzero(edges).reshape(-1, 2)
 
 
 def windows_of(
@@ -370,7 +365,7 @@ def windows_of(
             strongest, channel = float(part.sum()), probe.engine.tracks[i][1]
     gap = 2.0 * (time[-1] - time[0]) / WINDOWS
     spans: list[list[int]] = []
-    for a, b in runs(clear):
+    for a, b in zip(*runs(clear), strict=True):
         if spans and time[a] - time[spans[-1][1] - 1] < 0.25 * gap:
             spans[-1][1] = int(b)
         else:

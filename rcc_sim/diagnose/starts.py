@@ -14,13 +14,11 @@ from rcc_sim.diagnose.candidates import Candidate
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import BIAS
+from rcc_sim.diagnose.pulls import TOO_FAR, pulled
 from rcc_sim.diagnose.pursue import effect_knobs, with_effect
 from rcc_sim.diagnose.screen import Screen, Screened
 
 Array = NDArray[np.float64]
-
-TOO_FAR = 3.0
-"""Standard deviations beyond which a tolerance that is pulled stands for a cause."""
 
 AFRESH, BEGUN = 10, 6
 """Candidates that are screened once more beside the figures that the file states; and
@@ -71,12 +69,6 @@ def released(
         if start is not None:
             found.append((Screened(candidate, 0.5 * pull**2, values), start))
     return found
-
-
-def pulled(fit: Fit, far: float) -> dict[str, float]:
-    """Tolerances that were pulled farther -> by how many sds."""
-    pulls = {k.key: (fit.values[k.key] - k.value) / k.sd for k in fit.knobs}
-    return {key: pull for key, pull in pulls.items() if abs(pull) > far}
 
 
 def bent(

@@ -24,7 +24,7 @@ from rcc_sim.diagnose.knobs import Knob, own_key
 from rcc_sim.diagnose.probe import Probe, probe_size
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.profile import Profile, with_acting
-from rcc_sim.diagnose.starts import TOO_FAR
+from rcc_sim.diagnose.pulls import TOO_FAR
 from rcc_sim.diagnose.strengths import WINDS
 from rcc_sim.diagnose.switched import LOAD, beside_noise
 from rcc_sim.physics.effects import EFFECTS

@@ -131,14 +131,8 @@ def sampled(values: Array, size: int = SAMPLES) -> Array:
 
 def runs(mask: Mask) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Return first and one-past-last row of every stretch where ``mask`` holds."""
-    edges = np.flatnonzero(np.diff(mask.astype(np.int8)))
-    starts = edges[mask[edges + 1]] + 1
-    ends = edges[mask[edges]] + 1
-    if len(mask) and mask[0]:
-        starts = np.concatenate([[0], starts])
-    if len(mask) and mask[-1]:
-        ends = np.concatenate([ends, [len(mask)]])
-    return starts, ends
+    edges = np.flatnonzero(np.diff(np.pad(mask.astype(np.int8), 1)))
+    return edges[::2], edges[1::2]
 
 
 def is_noisy(values: Array) -> bool:
