@@ -62,6 +62,8 @@ class Cause:
         Dotted keys of the figures found.
     gain : float
         Nats it gained when it was taken in.
+    eased : float
+        Nats of that by which stated figures went back with it.
     rival : float
         Nats of the best candidate that is not tied with it.
     tied : tuple of str
@@ -85,6 +87,7 @@ class Cause:
     effect: str
     keys: tuple[str, ...]
     gain: float
+    eased: float = 0.0
     rival: float = 0.0
     tied: tuple[str, ...] = ()
     profiles: dict[int, Profile] = field(default_factory=dict)

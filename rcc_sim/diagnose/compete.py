@@ -224,7 +224,12 @@ def taken_in(causes: Sequence[Cause], one: Cause) -> list[Cause]:
     """Return the causes with one more, or with more figures of one they hold."""
     same = [c for c in causes if c.effect == one.effect]
     for c in same:
-        one = replace(one, keys=c.keys + one.keys, gain=c.gain + one.gain)
+        one = replace(
+            one,
+            keys=c.keys + one.keys,
+            gain=c.gain + one.gain,
+            eased=c.eased + one.eased,
+        )
     return [*(c for c in causes if c not in same), one]
 
 

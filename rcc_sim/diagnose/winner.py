@@ -30,6 +30,7 @@ def cause_of(engine: Engine, best: Refined, noise: list[Whitener]) -> Cause:
         best.screened.candidate.effect,
         keys,
         best.gain,
+        eased=max(best.eased, 0.0),
         sharpened=max(best.after / best.gain, 1.0) if best.gain > 0 else 1.0,
         shares=shares_of(engine, best.fit, keys, noise),
     )
