@@ -7,6 +7,7 @@ import numpy as np
 
 from rcc_sim.diagnose import compete as of
 from rcc_sim.diagnose.cause import Cause
+from rcc_sim.diagnose.look import Look
 from rcc_sim.diagnose.remainder import UNKNOWN_ENOUGH, Remainder
 
 WIND = Cause("headwind", ("w",), 180.0, profiles={0: None})
@@ -23,8 +24,7 @@ def test_a_load_is_tried_where_a_wind_fits_better_and_does_not_stand(monkeypatch
     said = {
         "woken": lambda engine, null: null,
         "read_late": lambda *_: None,
-        "screened": lambda *_: [],
-        "contenders": lambda *_: [],
+        "looked": lambda engine, fit, *_: Look(fit, [], [], None, None),
         "coupled": lambda *_: [],
         "profile_cause": profile_cause,
         "is_clear": lambda *_: True,

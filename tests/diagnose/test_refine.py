@@ -111,11 +111,11 @@ def test_a_figure_that_left_what_its_effect_may_be_is_taken_back_to_the_bound():
     fit = Fit({mass.key: 300.0}, (mass,), 0.0, 0.0, [], [])
     seen = {}
 
-    def evaluate(values, knobs, noise):
+    def at(fit, values):
         seen.update(values)
         return fit
 
-    engine = SimpleNamespace(attempt=evaluate)
+    engine = SimpleNamespace(at=at)
     ((one, _),) = released(engine, fit, [lighter])
     assert one.values == {payload: -100.0}
     assert seen == {mass.key: 1500.0, payload: -100.0}
@@ -129,7 +129,7 @@ def test_a_loss_that_was_pulled_far_may_be_another_that_acts_alike():
     iron = Candidate("iron_loss", (Search(eddy, 0.0, 0.0, 1.0, 1e-5, same_as=damping),))
     stated = Knob(damping, 2e-5, 1e-6, low=0.0)
     fit = Fit({damping: 2.8e-5}, (stated,), 0.0, -32.0, [], [])
-    engine = SimpleNamespace(attempt=lambda values, knobs, noise: fit)
+    engine = SimpleNamespace(at=lambda fit, values: fit)
     ((one, _),) = released(engine, fit, [iron])
     assert one.values == {eddy: pytest.approx(8e-6)}
     assert one.gain == pytest.approx(32.0)  # what the file's sd charged for it

@@ -15,13 +15,13 @@ def told(sd, tip=0.0, scatter=0.0):
     """By how much wider than ``sd`` it is told, of a parabola with a tip on top."""
     rng = np.random.default_rng(3)
 
-    def attempt(values, knobs, noise):
+    def at(fit, values):
         off = values["x"] - KNOB.value
         lost = 0.5 * (off / TRUE) ** 2
         lost += tip + scatter * rng.uniform(-1, 1) if off else 0.0
         return SimpleNamespace(score=-lost)
 
-    engine = SimpleNamespace(each=lambda do, many: list(map(do, many)), attempt=attempt)
+    engine = SimpleNamespace(each=lambda do, many: list(map(do, many)), at=at)
     fit = SimpleNamespace(values={"x": KNOB.value}, knobs=(KNOB,), noise=[], score=0.0)
     return sd * wider_by(engine, fit, KNOB, sd)
 
