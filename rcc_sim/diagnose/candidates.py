@@ -183,23 +183,23 @@ def candidates_for(
     InputError
         If ``only`` names an effect that is not known or cannot act here.
     """
-    first = problems[0]
-    known = first.vehicle.known
+    vehicle = problems[0].vehicle
+    known = vehicle.known
     parts = {part for name in withheld for part in known[name].sums}
     found = []
     for name, effect in known.items():
         if name in parts and name not in only:
             continue  # it was in the sum that was taken out
-        if (only and name not in only) or not applies(first, effect):
+        if only and name not in only:
             continue
+        able = [p for p in problems if applies(p, effect)]
         asked = name in withheld or name in only
-        if not (asked or is_usual(first, effect)):
+        if not (asked or all(is_usual(p, effect) for p in able)):
             continue
-        params = [p for p in effect.params if is_fitted(first, effect, p)]
-        searches = tuple(s for p in params if (s := search_of(first, effect, p)).opens)
+        searches = searches_in(able, effect)
         if searches:
             is_sum = bool(effect.sums)
-            whole = is_sum and name not in first.vehicle.effects
+            whole = is_sum and name not in vehicle.effects
             found.append(Candidate(name, searches, effect.sensor or is_sum, whole))
     missing = [name for name in only if name not in {c.effect for c in found}]
     if missing:
@@ -208,6 +208,17 @@ def candidates_for(
         what = f"--candidates: {missing[0]}: no such effect"
         raise InputError(what, meant(missing[0], known))
     return found
+
+
+def searches_in(problems: Sequence[Problem], effect: Effect) -> tuple[Search, ...]:
+    """Return where to look for an effect's figures, each in the first log that may."""
+    found = []
+    for param in effect.params:
+        able = (p for p in problems if is_fitted(p, effect, param))
+        search = next((search_of(p, effect, param) for p in able), None)
+        if search and search.opens:
+            found.append(search)
+    return tuple(found)
 
 
 def applies(problem: Problem, effect: Effect) -> bool:

@@ -136,13 +136,13 @@ class Knob:
         return -min(step, down) if down >= up else up
 
 
-def tolerance_knobs(problem: Problem) -> list[Knob]:
+def tolerance_knobs(problems: Sequence[Problem]) -> list[Knob]:
     """The figures of the vehicle file that state how far they may be off."""
-    knobs = []
+    problem, knobs = problems[0], []
     for key, figure in problem.vehicle.figures().items():
-        if key == YAW_INERTIA and problem.drive.turns_as_measured:
+        if key == YAW_INERTIA and all(p.drive.turns_as_measured for p in problems):
             continue  # its torque is that of the yaw rate's noise
-        if key == SLIP and not tells_slip(problem, figure.value):
+        if key == SLIP and not any(tells_slip(p, figure.value) for p in problems):
             continue  # what it does is less than the drive is smeared by
         sd = figure.tolerance
         if sd > 0 and key == "tyres.radius_m":
@@ -217,17 +217,18 @@ def power_bias(problem: Problem) -> float | None:
 
 def nuisance_knobs(problems: Sequence[Problem]) -> list[Knob]:
     """Everything that may be a little off without being a cause."""
-    first = problems[0]
-    knobs = tolerance_knobs(first)
+    knobs = tolerance_knobs(problems)
     for i, problem in enumerate(problems):
         knobs += bias_knobs(problem, i)
         if problem.drive.on_stand:
             knobs.append(Knob(own_key(i, WHEELS), 1.0, WHEELS_SD, low=LEAST))
-    if not first.drive.imposed and "motor_lag" not in first.vehicle.effects:
+    commanded = not all(p.drive.imposed for p in problems)
+    if commanded and "motor_lag" not in problems[0].vehicle.effects:
         key = "effects.motor_lag.time_constant_s"
         lag = CURRENT_LOOP_LAG
         knobs.append(Knob(key, 0.0, lag, low=0.0, high=1.0, step=lag / 3))
-    return knobs + delay_knobs(first)
+    late = (delay_knobs(p) for p in problems)
+    return knobs + next(filter(None, late), [])
 
 
 def delay_knobs(problem: Problem) -> list[Knob]:
@@ -250,8 +251,10 @@ def starts_of(problems: Sequence[Problem]) -> dict[str, float]:
 
     A delay begins where the log shows it: between two of a row or so no slope leads.
     """
-    first = problems[0]
-    return {knob.key: max(first.delay[0], 0.0) for knob in delay_knobs(first)}
+    slow = next((p for p in problems if delay_knobs(p)), None)
+    if slow is None:
+        return {}
+    return {knob.key: max(slow.delay[0], 0.0) for knob in delay_knobs(slow)}
 
 
 def bias_key(log: int, column: str) -> str:

@@ -35,5 +35,5 @@ def test_its_doubt_is_one_of_the_tolerances():
     speed = np.minimum(log["time_s"], 2.0)
     columns = {n: log[n] for n in ("time_s", "throttle", "steer_cmd_rad")}
     known = Trace({**columns, "speed_mps": speed}, name="push")
-    knobs = {k.key: k for k in tolerance_knobs(problem_of(known, car))}
+    knobs = {k.key: k for k in tolerance_knobs([problem_of(known, car)])}
     assert knobs["controller.force_scale"].sd == pytest.approx(0.05)

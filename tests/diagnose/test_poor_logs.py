@@ -74,7 +74,7 @@ def test_yaw_inertia_is_no_cause_where_the_yaw_rate_is_imposed(columns):
         problem = Problem(vague, trace, drive_of(trace, vague))
         assert problem.drive.imposed
         able = {c.effect for c in candidates_for([problem])}
-        knobs = {k.key for k in tolerance_knobs(problem)}
+        knobs = {k.key for k in tolerance_knobs([problem])}
         assert ("yaw_inertia" in able) is told
         assert ("body.yaw_inertia_kgm2" in knobs) is told
 
@@ -82,7 +82,7 @@ def test_yaw_inertia_is_no_cause_where_the_yaw_rate_is_imposed(columns):
 def test_a_tolerance_stays_where_its_effect_may_be(columns):
     vague = car({"steering_offset": {"angle_rad": {"value": 0.0, "sd": 0.2}}})
     log = Trace(columns[0])
-    found = tolerance_knobs(Problem(vague, log, drive_of(log, vague)))
+    found = tolerance_knobs([Problem(vague, log, drive_of(log, vague))])
     (knob,) = (k for k in found if k.key == "effects.steering_offset.angle_rad")
     assert (knob.low, knob.high) == vague.known["steering_offset"].params[0].bounds
 
