@@ -130,7 +130,7 @@ RARELY = (100_000, 50, 100)
 to go through them after every few hundred new ones took a tenth of a diagnosis."""
 
 
-def main() -> None:
+def main() -> NoReturn:
     """Run a command; a user's mistake is one line on stderr, never a traceback."""
     try:
         code = _run()
@@ -157,17 +157,14 @@ def main() -> None:
     except OSError as error:
         code = 2
         say_error(f"{error.filename or 'stdout'}: {error.strerror or error}")
-    gc.freeze()  # the process ends: nothing is worth looking for any more
-    if code:
-        _leave(code)
-    sys.exit()
+    _leave(code)
 
 
 def _leave(code: int) -> NoReturn:
     """End the process at once, what was written flushed.
 
-    After an error a reader's threads may still hold a file of Python's: one that asks
-    for the interpreter while that is taken down aborts the process.
+    A reader's threads may still hold a file of Python's: one that asks for the
+    interpreter while that is taken down aborts the process, though all is written.
     """
     for stream in (sys.stdout, sys.stderr):
         with suppress(OSError):
