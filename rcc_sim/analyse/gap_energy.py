@@ -152,11 +152,12 @@ def percent_of(measured: float | None, simulated: float | None) -> float | None:
 def row_weights(time: Array, ok: Mask) -> Array:
     """Return the time that each row stands for, by the trapezoidal rule. [s]
 
-    Rows that are not ``ok`` stand for none, and holes longer than five intervals of
-    those that are, are left out on both sides alike.
+    Rows that are not ``ok`` stand for none, nor does the first, before which nothing is
+    known; and holes longer than five intervals of the others are left out on both sides
+    alike.
     """
     weights = np.zeros(len(time))
-    rows = np.flatnonzero(ok)
+    rows = 1 + np.flatnonzero(ok[1:])
     if len(rows) < 2:
         return weights
     steps = np.diff(time[rows])
@@ -164,6 +165,11 @@ def row_weights(time: Array, ok: Mask) -> Array:
     weights[rows[1:]] += 0.5 * steps
     weights[rows[:-1]] += 0.5 * steps
     return weights
+
+
+def energy_of(power: Array, weights: Array) -> float:
+    """Return the energy of a power over the rows that stand for some time. [J]"""
+    return float((np.where(weights > 0, power, 0.0) * weights).sum())
 
 
 def energy_noise(

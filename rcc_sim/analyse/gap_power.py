@@ -13,6 +13,7 @@ from rcc_sim.analyse.gap_energy import (
     EnergyGap,
     bias_noise,
     energy_noise,
+    energy_of,
     energy_shifts,
     logged_power,
     row_weights,
@@ -71,7 +72,6 @@ def energy_gap(
         return none, None, np.zeros(len(log)), moved
     model = power_of(at, simulated)
     ok = np.isfinite(measured) & np.isfinite(model)
-    ok[0] = False
     weights = row_weights(drive.time, ok)
     if not weights.any():
         return none, None, weights, moved
@@ -81,8 +81,8 @@ def energy_gap(
     bias = bias_noise(log, vehicle, weights) if at == "battery" else 0.0
     energy = EnergyGap(
         at,
-        float((np.where(ok, measured, 0) * weights).sum()) / J_PER_WH,
-        float((np.where(ok, model, 0) * weights).sum()) / J_PER_WH,
+        energy_of(measured, weights) / J_PER_WH,
+        energy_of(model, weights) / J_PER_WH,
         noise_wh=float(np.hypot(noise, bias)),
         tolerance_wh=float(np.linalg.norm(shifts)),
         bias_wh=bias,

@@ -9,7 +9,12 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.analyse.gap_energy import logged_power, percent_of, row_weights
+from rcc_sim.analyse.gap_energy import (
+    energy_of,
+    logged_power,
+    percent_of,
+    row_weights,
+)
 from rcc_sim.definitions.figure import Z_90
 from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.cause import Cause
@@ -287,13 +292,12 @@ def energies(
     ok = np.isfinite(power) & np.isfinite(model)
     weights = row_times(p, ok)
     if rows is not None:
-        ok &= rows
-    return float((power * weights)[ok].sum()), float((model * weights)[ok].sum())
+        weights = weights * rows
+    return energy_of(power, weights), energy_of(model, weights)
 
 
 def row_times(p: Problem, ok: Mask) -> Array:
-    """Return the time that each row of a log stands for. [s]"""
+    """Return the time that each row of a log stands for, if it is ``ok``. [s]"""
     if p.charge is not None:
-        return np.diff(p.charge.time[p.charge.edges])
-    later = ok & (np.arange(len(ok)) > 0)  # what flowed before the first is not known
-    return row_weights(p.log["time_s"], later)
+        return np.diff(p.charge.time[p.charge.edges]) * ok
+    return row_weights(p.log["time_s"], ok)

@@ -227,8 +227,8 @@ def nuisance_knobs(problems: Sequence[Problem]) -> list[Knob]:
         key = "effects.motor_lag.time_constant_s"
         lag = CURRENT_LOOP_LAG
         knobs.append(Knob(key, 0.0, lag, low=0.0, high=1.0, step=lag / 3))
-    late = (delay_knobs(p) for p in problems)
-    return knobs + next(filter(None, late), [])
+    slow = slow_one(problems)
+    return knobs + (delay_knobs(slow) if slow else [])
 
 
 def delay_knobs(problem: Problem) -> list[Knob]:
@@ -251,10 +251,15 @@ def starts_of(problems: Sequence[Problem]) -> dict[str, float]:
 
     A delay begins where the log shows it: between two of a row or so no slope leads.
     """
-    slow = next((p for p in problems if delay_knobs(p)), None)
+    slow = slow_one(problems)
     if slow is None:
         return {}
     return {knob.key: max(slow.delay[0], 0.0) for knob in delay_knobs(slow)}
+
+
+def slow_one(problems: Sequence[Problem]) -> Problem | None:
+    """Return the first log whose battery's readings may have a delay, if any."""
+    return next((p for p in problems if delay_knobs(p)), None)
 
 
 def bias_key(log: int, column: str) -> str:

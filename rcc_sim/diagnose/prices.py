@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.analyse.charge import Charge
-from rcc_sim.analyse.gap_energy import row_weights
+from rcc_sim.analyse.gap_energy import energy_of, row_weights
 from rcc_sim.analyse.gap_power import measured_power, power_of
 from rcc_sim.diagnose.knobs import figures_of
 from rcc_sim.diagnose.posed import by_motion
@@ -96,17 +96,13 @@ def prices(
 
     base = power(())
     ok = np.isfinite(measured) & np.isfinite(base)
-    ok[0] = False
     weights = row_weights(plain.drive.time, ok)
 
-    def energy_of(power: Array) -> float:
-        return float((np.where(ok, power, 0.0) * weights).sum()) / J_PER_WH
-
     def energy(parts: Sequence[str]) -> float:
-        return energy_of(power(parts))
+        return energy_of(power(parts), weights) / J_PER_WH
 
     order = [*known, FIGURES]
-    ends = energy_of(base), energy(order)
+    ends = energy_of(base, weights) / J_PER_WH, energy(order)
     steps = []
     for way in (order, order[::-1]):
         with suppress(InputError):
@@ -115,7 +111,7 @@ def prices(
         return None
     paid = {p: float(np.mean([s[p] for s in steps])) for p in order}
     figures = paid.pop(FIGURES)
-    return Prices(paid, figures, energy_of(measured) - ends[1])
+    return Prices(paid, figures, energy_of(measured, weights) / J_PER_WH - ends[1])
 
 
 def with_profiles(plain: Problem, causes: Sequence[Cause], log: int = 0) -> Problem:
