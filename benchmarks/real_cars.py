@@ -1,9 +1,10 @@
 """Effects withheld from measured cars: what the diagnosis makes of them.
 
-A BMW i3 whose heater and air conditioning are hidden, a Twizy whose altitude is, and
-the DART car without its friction, its throttle's dead zone or its steering's lag.
+A BMW i3 whose heater and air conditioning are hidden, a Twizy whose altitude is, the
+DART car without its friction, its throttle's dead zone or its steering's lag, and
+Nigel, whose wheels point straight ahead at a steering command of 0.2.
 
-    python -m benchmarks.real_cars [FOLDER] [bmw] [twizy] [dart] [--jobs N]
+    python -m benchmarks.real_cars [FOLDER] [bmw] [twizy] [dart] [nigel] [--jobs N]
 
 FOLDER holds real_ev/ and real_rc/ as their SOURCES.md describe.
 """
@@ -22,7 +23,7 @@ from scipy.ndimage import gaussian_filter1d, median_filter
 
 from rcc_sim.analyse.heading import seen_heading, turn_at
 from rcc_sim.analyse.logged import open_log
-from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.definitions.vehicle import Vehicle, load_vehicle
 from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.deliver import acting
 from rcc_sim.diagnose.diagnosis import Diagnosis
@@ -37,6 +38,7 @@ from rcc_sim.trace import Trace
 Array = NDArray[np.float64]
 
 DATA = Path(__file__).resolve().parents[2] / "shared/data"
+CARS = ("bmw", "twizy", "dart", "nigel")
 LOAD = "auxiliary_load"
 MINUTE = 600  # rows of a BMW's log
 STRETCH = 2000.0  # m over which climbs are compared
@@ -46,6 +48,7 @@ STEP, EVEN = 50.0, 1000.0  # m; distance over which heights are evened out, at i
 SPEEDS = (0.5, 1.0, 1.5, 2.0)  # m/s at which a coast friction is judged, if reached
 STRAIGHT = ("road_load", "throttle_dead_zone", "accelerometer_bias", "motor_lag")
 TURNING = ("steering_lag", "sensor_delay")
+NIGEL, FULL = Path(__file__).with_name("nigel.toml"), 0.5236  # rad at a command of 1
 FRICTION = (1.266, 0.7393, -0.1123)  # N, N s/m, N s²/m²; as published
 
 
@@ -160,6 +163,32 @@ def dart(paths: Sequence[Path], withheld: str) -> str:
     return row + "of the published force " + " ".join(f"{x:.2f}" for x in ratios)
 
 
+def nigel(paths: Sequence[Path]) -> str:
+    """One run, or all at once: the trim and the gain of a steering by its command."""
+    car = load_vehicle(str(NIGEL))
+    found = diagnose([open_log(path, car) for path in paths], car)
+    row = f"{', '.join(p.name.split('.')[0] for p in paths)[:24]:24}  {told(found):40}"
+    for one in found.asserted:
+        for key, x in one.figures.items():
+            row += f"{key} {x.value:.3f} ({x.low:.3f} to {x.high:.3f})  "
+    command, angle = np.transpose([kinematic(path, car) for path in paths])
+    if not paths[1:]:
+        return row + f"by its circle {angle[0] - FULL * command[0]:.3f} rad"
+    slope, trim = np.polyfit(command, angle, 1)
+    return row + f"by their circles {trim:.3f} rad, {slope / FULL:.2f}"
+
+
+def kinematic(path: Path, car: Vehicle) -> tuple[float, float]:
+    """Steering command that a run drove by, and the angle of its circle: r l / v."""
+    log = open_log(path, car).log
+    v, r = log["speed_mps"], log["yaw_rate_radps"]
+    moves = v > 0.5 * np.nanmax(v)
+    curvature = float(np.nansum(r[moves]) / np.nansum(v[moves]))
+    asked = log["steering"][np.isfinite(log["steering"])]
+    command = asked[np.argmax(np.abs(asked))]
+    return float(command), float(np.arctan(curvature * car.wheelbase))
+
+
 def gyro_shift(log: Trace) -> float:
     """Shift [s] at which a gyro and the turn of a measured heading differ least."""
     time, gyro = log["time_s"], log["yaw_rate_radps"]
@@ -181,6 +210,9 @@ def runs(folder: Path, which: list[str]) -> list[tuple[Callable[..., str], tuple
         out += [(bmw, (p,)) for p in sorted((ev / "bmw_i3_tum").glob("Trip*.csv.gz"))]
     if "twizy" in which:
         out += [(twizy, (p,)) for p in sorted((ev / "twizy_rsk").glob("T*.csv.gz"))]
+    if "nigel" in which:
+        bags = tuple(sorted((folder / "real_rc").glob("nigel*/*.bag.gz")))
+        out += [(nigel, (some,)) for some in [*((p,) for p in bags), bags]]
     if "dart" in which:
         folders = [tuple(sorted(rc.glob(f"{d}/*.csv"))) for d in ("10_*", "19_*")]
         for effect in STRAIGHT:
@@ -198,9 +230,9 @@ def main() -> None:
     """Diagnose every log and print a line each."""
     words = sys.argv[1:]
     jobs = int(words[words.index("--jobs") + 1]) if "--jobs" in words else 2
-    which = [w for w in words if w in ("bmw", "twizy", "dart")]
+    which = [w for w in words if w in CARS]
     folders = [Path(w) for w in words if Path(w).is_dir()]
-    todo = runs(folders[0] if folders else DATA, which or ["bmw", "twizy", "dart"])
+    todo = runs(folders[0] if folders else DATA, which or list(CARS))
     os.environ["OPENBLAS_NUM_THREADS"] = "1"
     with ProcessPoolExecutor(jobs) as pool:
         for row in [pool.submit(do, *args) for do, args in todo]:

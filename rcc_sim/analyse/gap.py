@@ -37,6 +37,7 @@ from rcc_sim.analyse.gap_regimes import (
 from rcc_sim.analyse.gap_replays import Progress, Tolerances, predicted, tolerances
 from rcc_sim.analyse.gap_stages import StageGap, stage_gaps, untorqued
 from rcc_sim.analyse.gap_windows import Window, windows
+from rcc_sim.analyse.heading import measured_turn, seen_heading, turn_at
 from rcc_sim.analyse.logcheck.finding import Finding
 from rcc_sim.analyse.logged import COMPARED, Logged
 from rcc_sim.analyse.sampled import drive_as_sampled
@@ -49,9 +50,6 @@ Array = NDArray[np.float64]
 
 LATERAL = ("yaw_rate_radps", "accel_y_mps2")
 """Channels that are not judged while the vehicle hardly moves."""
-
-SLOW = 0.4
-"""Speed, of the vehicle's own, below which they are not. [1]"""
 
 AVERAGED = 10.0
 """Times of the vehicle's own over which a window's difference is averaged. [1]"""
@@ -145,6 +143,7 @@ def gap(
         drive = replace(drive, window=inf)
         columns = {**log.columns, "battery_power_w": charge.held(charge.power)}
         log = Trace(columns, name=log.name)
+    log = _turning(log, vehicle)
     if drive.imposed:  # power follows from the motion, not from the torque logged
         drive = untorqued(drive)
     names = USED
@@ -221,7 +220,7 @@ def gap(
         tuple(stages),
         when,
         logged.findings,
-        _notes(log, drive, energy, gaps, moved, vehicle),
+        _notes(logged.log, log, drive, energy, gaps, moved, vehicle),
         kinds,
         log,
         simulated,
@@ -240,6 +239,14 @@ def _refuse_unusable(logged: Logged, vehicle: Vehicle) -> None:
                 "the motion has to drive the model, for the log holds no commands "
                 f"that {vehicle.name} obeys; {finding.mend}",
             )
+
+
+def _turning(log: Trace, vehicle: Vehicle) -> Trace:
+    """Return a log without a gyro with the yaw rate of a heading that was measured."""
+    if has(log, "yaw_rate_radps") or not measured_turn(log, vehicle.wheelbase):
+        return log
+    turn = turn_at(log["time_s"], seen_heading(log))
+    return Trace({**log.columns, "yaw_rate_radps": turn}, name=log.name)
 
 
 def _channels(log: Trace, drive: Drive, simulated: dict[str, Array]) -> tuple[str, ...]:
@@ -285,7 +292,7 @@ def _compared(
     speed = np.where(
         np.isfinite(drive.measured.speed), drive.measured.speed, simulated["speed_mps"]
     )
-    moves = speed > SLOW * scale.speed
+    moves = speed > scale.slow
     held = stands(speed, scale) if drive.imposed else np.zeros(len(speed), bool)
     out = {}
     for name in channels:
@@ -301,6 +308,7 @@ def _compared(
 
 
 def _notes(
+    logged: Trace,
     log: Trace,
     drive: Drive,
     energy: EnergyGap,
@@ -326,6 +334,8 @@ def _notes(
             "the battery's power is the mean over stretches of the log, from its state "
             "of charge and the energy that the file states"
         )
+    if "yaw_rate_radps" in log and "yaw_rate_radps" not in logged:
+        notes.append("no gyro: yaw_rate_radps is the rate at which the heading turns")
     if not moved.keys:
         notes.append(f"{vehicle.name} states no sd: u_val holds noise alone")
     elif len(moved.rows) < len(log):

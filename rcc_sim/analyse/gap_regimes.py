@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.definitions.vehicle import Vehicle
+from rcc_sim.physics.step import SLIP_BLEND
 from rcc_sim.units import J_PER_WH
 
 Array = NDArray[np.float64]
@@ -30,6 +31,10 @@ LAUNCHES = 0.3
 
 STEADY = 0.02
 """Acceleration, of the vehicle's own, below which it cruises. [1]"""
+
+SLOW = 5.0
+"""Speed below which cornering is not judged, in times that at which slip blends: there
+the model's slip angles are 2 % too small, 1 - 1 / sqrt(1 + 1 / 5^2). [1]"""
 
 CORNERS = 0.04
 """Lateral acceleration, of the vehicle's own, above which it corners. [1]"""
@@ -60,6 +65,11 @@ class Scale:
         l = vehicle.wheelbase
         t = float(np.sqrt(vehicle.body.mass_kg.value * l / C_F))
         return cls(t, l / t, l / t**2)
+
+    @property
+    def slow(self) -> float:
+        """Speed below which cornering is not judged. [m/s]"""
+        return SLOW * SLIP_BLEND * self.speed
 
 
 @dataclass(frozen=True)

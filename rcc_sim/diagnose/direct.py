@@ -1,9 +1,10 @@
 """What a log reads directly, where an explanation does not agree with it.
 
-At rest a battery gives what its auxiliaries draw, and an accelerometer feels a slope,
-whatever the vehicle is. Against a drive a few seconds at rest may weigh little in a
-fit, and so may a slope that is off for a minute, to a noise that remembers: it is told
-as a doubt.
+A channel of which the model errs by more than all that was measured is nearer to no
+model at all; in a short log a noise that remembers may take that. At rest a battery
+gives what its auxiliaries draw, and an accelerometer feels a slope, whatever the
+vehicle is. Against a drive a few seconds at rest may weigh little in a fit, and so may
+a slope that is off for a minute, to a noise that remembers: it is told as a doubt.
 """
 
 from __future__ import annotations
@@ -32,6 +33,10 @@ IDLE = 0.02
 """Share of the drive's power (root mean square) below which what is drawn at rest
 matters to no other cause."""
 
+OPPOSED = 2.0
+"""Mean square of what is left of a channel, of that which was measured, from which on
+the model opposes it: beside a true one the noise is left, no more than was measured."""
+
 STRETCH = 50.0
 """Time over which an accelerometer is believed. [s]"""
 
@@ -50,6 +55,7 @@ def disagreeing(engine: Engine, fit: Fit, log: int = 0) -> tuple[Finding, ...]:
         for channel in GIVEN
         if channel in left
     ]
+    found += [opposed(problem, channel, *left[channel]) for channel in left]
     if FELT in left and problem.drive.imposed:
         found.append(slopes(problem, *left[FELT], rest))
     return tuple(one for one in found if one)
@@ -74,6 +80,20 @@ def at_rest(
         f"is {abs(mean):.3g} {unit} {more} at rest ({rest.sum()} rows) than in the "
         "mended model",
         action="what is drawn at rest is a load, and no drag",
+        severity="warning",
+    )
+
+
+def opposed(problem: Problem, channel: str, left: Array, valid: Mask) -> Finding | None:
+    """Tell if the mended model is farther from a channel than none would be."""
+    seen = problem.log[channel][valid]
+    if float(left[valid] @ left[valid]) <= OPPOSED * float(seen @ seen):
+        return None
+    return Finding(
+        "opposed",
+        channel,
+        "is farther from the mended model than from nothing at all",
+        action="is it its sign, its clock, or what was asked of the car?",
         severity="warning",
     )
 

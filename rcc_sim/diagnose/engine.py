@@ -12,6 +12,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from rcc_sim.analyse.heading import TURN_RATE
 from rcc_sim.analyse.offsets import OFFSETS, noise_at_rest
 from rcc_sim.diagnose.fit import Fit, Tangent
 from rcc_sim.diagnose.knobs import BIAS, Knob, figures_of
@@ -133,7 +134,7 @@ class Engine:
     ) -> list[Whitener]:
         """Noise model of some tracks, from what is left in them."""
         left_in = dict(zip(tracks, left, strict=True))
-        sought = {c for columns in OFFSETS.values() for c in columns}
+        sought = {TURN_RATE, *(c for columns in OFFSETS.values() for c in columns)}
 
         def one(i: int) -> Whitener:
             e, valid = left_in[i], self.valid[i]

@@ -66,6 +66,10 @@ class Shrink:
     high: float
 
 
+UNPROVEN = Shrink(0.0, 0.0, 0.0, -1.0, 1.0)
+"""Where no row that could be judged was held out."""
+
+
 @dataclass(frozen=True)
 class Proof:
     """What causes do for rows that no fit saw.
@@ -154,6 +158,8 @@ def hold_out(
         judged = restricted(fit.noise, engine, test)
         parts = [p for p in np.array_split(np.flatnonzero(judged), 10) if len(p)]
         squares += [(float(before[p].mean()), float(after[p].mean())) for p in parts]
+    if not squares:
+        return UNPROVEN
     b, a = np.array(squares).T
     return shrink_of(b, a)
 

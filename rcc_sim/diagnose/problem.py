@@ -28,7 +28,6 @@ from rcc_sim.diagnose.terminals import (
     tells,
 )
 from rcc_sim.physics.effects import neutral_of
-from rcc_sim.physics.step import SLIP_BLEND
 from rcc_sim.simulate.drive import Drive, integral_of, is_surveyed
 from rcc_sim.simulate.replay import FREE, Recalls, replay
 from rcc_sim.simulate.smooth import interval_of
@@ -68,10 +67,8 @@ Well above a row and well below a manoeuvre: a rough road then does not add up, 
 whatever memory this leaves in the residuals the noise model takes up.
 """
 
-SLOW = 20.0
-"""Speed below which cornering is not judged, in times that at which slip blends."""
-
 MIN_ROWS = 30
+"""Rows of a channel by which the model can be judged, at least."""
 
 
 @dataclass(frozen=True)
@@ -116,7 +113,7 @@ class Problem:
             for c in CHANNELS
             if c in self.log
             and c in self.nominal
-            and np.isfinite(self.log[c]).sum() >= MIN_ROWS
+            and self.known(c).sum() >= MIN_ROWS
             and np.nanstd(self.log[c]) > 0
         ]
         if self.drive.imposed and "speed_mps" in found:
@@ -327,8 +324,12 @@ class Problem:
 
     @cached_property
     def _rolling(self) -> NDArray[np.bool_]:
-        unit = Scale.of(self.vehicle).speed
-        return np.asarray(self.speed > SLOW * SLIP_BLEND * unit)
+        return np.asarray(self.speed > self.slow)
+
+    @property
+    def slow(self) -> float:
+        """Speed below which cornering is not judged. [m/s]"""
+        return Scale.of(self.vehicle).slow
 
     @property
     def parked(self) -> NDArray[np.bool_]:

@@ -32,10 +32,12 @@ from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.hold_out import Proof, leave_shaft, proof
 from rcc_sim.diagnose.misread import findings_of
 from rcc_sim.diagnose.posed import problem_of
-from rcc_sim.diagnose.problem import Problem
+from rcc_sim.diagnose.problem import MIN_ROWS, Problem
 from rcc_sim.diagnose.pulls import moved, moved_together
+from rcc_sim.diagnose.shapes import LATERAL
 from rcc_sim.diagnose.sizes import size_of
 from rcc_sim.diagnose.stands import only, what_stands
+from rcc_sim.diagnose.terminals import VOLTAGE
 from rcc_sim.diagnose.tips import no_surer
 from rcc_sim.diagnose.verdict import (
     DOUBTLESS,
@@ -164,7 +166,8 @@ def diagnose(
         explained=proved.shrink.explained,
         ends=any(early),
         farthest=farthest,
-        disagree=any(one.disagrees for one in by_log),
+        disagree=any(one.disagrees for one in by_log)
+        or any(f.kind == "opposed" for g in gaps for f in g.findings),
         even=any(chance <= EVEN for chance in chances),
     )
     shown = farthest_off(gaps)
@@ -216,9 +219,22 @@ def refuse_silent(problems: Sequence[Problem]) -> None:
         if not problem.channels:
             raise InputError(
                 f"{problem.log.name}: has no channel by which the model can be judged",
-                "a battery's voltage alone says nothing where the open-circuit voltage "
-                "is stated with an sd, or not: log current or power as well",
+                why_silent(problem),
             )
+
+
+def why_silent(problem: Problem) -> str:
+    """Return what a log's channels need that none of them has."""
+    held = set(problem.log.columns)
+    needs = [f"a channel needs {MIN_ROWS} rows that can be judged"]
+    if held & set(LATERAL):
+        needs.append(f"cornering, the steering and {problem.slow:.2g} m/s or more")
+    if VOLTAGE in held:
+        needs.append(
+            "a battery's voltage alone says nothing where the open-circuit voltage is "
+            "stated with an sd, or not: log current or power as well"
+        )
+    return "; ".join(needs)
 
 
 def is_refuted(

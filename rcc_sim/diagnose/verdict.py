@@ -127,9 +127,10 @@ def status_of(
     not shrink there, if it is ``doubtless`` or stays beyond ``noise`` [%], is not
     explained, nor what grows; nor is what does not shrink row by row (``explained``, a
     share), nor by a cause that ``ends`` where its search does, nor where stated
-    figures are ``farthest`` off by more sds than is tolerated, nor where logs
-    ``disagree``, nor by a cause of which the chances are ``even``. A gap is ``large``
-    if it is one whatever the rows say; what no tolerance takes is one as well.
+    figures are ``farthest`` off by more sds than is tolerated, nor where logs, or a
+    channel and the model, ``disagree``, nor by a cause of which the chances are
+    ``even``. A gap is ``large`` if it is one whatever the rows say; what no tolerance
+    takes is one as well.
     """
     if not causes:
         real = left.is_real or large or farthest > TOLERATED or disagree

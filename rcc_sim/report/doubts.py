@@ -31,6 +31,7 @@ AS_A_DRAG = {
 
 CONTRADICTED = (
     *("misread", "late", "wander", "may_wander", "disagrees"),
+    "opposed",
     *("no_bends", "not_judged"),
 )
 """Kinds of findings that a fit has about a log."""
