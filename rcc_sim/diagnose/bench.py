@@ -97,15 +97,18 @@ class Seen:
         Of each channel.
     counted : list of ndarray of bool
         Rows of each channel that count.
+    beside : callable
+        What tells the tracks of these channels apart (`Problem.beside_in`).
     """
 
     problem: Problem
     noise: list[Whitener]
     counted: list[NDArray[np.bool_]]
+    beside: Callable[[Sequence[Array]], list[Array]]
 
     def white(self, tracks: Sequence[Array]) -> Array:
         """Return changes of the channels in units of the noise."""
-        told = self.problem.beside(tracks)
+        told = self.beside(tracks)
         return np.concatenate(
             [
                 w(np.where(ok, np.nan_to_num(x), 0.0))
@@ -243,7 +246,7 @@ class Bench:
         # what never changes tells of an offset all the same
         every = np.ones(len(leg.time), bool)
         counted = [problem.known(c) if np.ptp(log[c]) else every for c in self.channels]
-        return Seen(problem, noise, counted)
+        return Seen(problem, noise, counted, problem.beside_in(self.channels))
 
     def noise_of(self, log: Problem, k: int, channel: str) -> Whitener:
         """Return the noise of a channel in a log without any."""

@@ -196,7 +196,13 @@ class Problem:
     @cached_property
     def beside(self) -> Callable[[Sequence[Array]], list[Array]]:
         """What tells tracks apart: the battery's beside what the motor's asks of it."""
-        known = self.channels, self.log, self.nominal, self.vehicle
+        return self.beside_in(self.channels)
+
+    def beside_in(
+        self, channels: Sequence[str]
+    ) -> Callable[[Sequence[Array]], list[Array]]:
+        """Return what tells the tracks of some channels apart so."""
+        known = channels, self.log, self.nominal, self.vehicle
         return (None if self.torqued else beside_motor(*known)) or list
 
     @cached_property

@@ -5,12 +5,16 @@ import pytest
 
 from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.bench import Bench, Nats, Pair
+from rcc_sim.diagnose.beside_motor import MOTOR, drawn_by_motor
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.experiment import Experiment, best_of, in_turn
 from rcc_sim.diagnose.knobs import Knob, nuisance_knobs
 from rcc_sim.diagnose.limits import limits_of
 from rcc_sim.diagnose.menu import menu
+from rcc_sim.diagnose.posed import problem_of
+from rcc_sim.diagnose.terminals import CURRENT, POWER
 from rcc_sim.report.promise import promise
+from rcc_sim.trace import Trace
 from tests.diagnose.test_ties import logged
 
 ROW = 0.02
@@ -155,3 +159,22 @@ def test_a_run_is_told_with_what_it_does_not_part():
     assert told == "parts A, B, C, but not A and B: by 90 to over 1000 nats the others"
     narrows = {"separates": ["a"], "expected_nats": {"least": np.log(2), "pairs": []}}
     assert promise(narrows) == "narrows the interval of a to 50 % of its width"
+
+
+@pytest.mark.parametrize("gone", [(), ("yaw_rate_radps",), ("accel_x_mps2",)])
+def test_what_a_runs_motor_asks_of_the_battery_is_taken_from_the_battery(gone):
+    """Whichever channels the log lacks that a run would have."""
+    car, problem = logged({LOAD: 0.9}, steered=True)
+    kept = {c: x for c, x in problem.log.columns.items() if c not in gone}
+    engine = Engine([problem_of(Trace(kept, name="log"), car)])
+    fit = fitted(engine, LOAD, 0.9)
+    bench = Bench(engine, fit)
+    leg = bench.leg(bench.runs[0], bench.runs[0].legs[0], fit)
+    rows = len(leg.problem.log)
+    tracks = [np.full(rows, float(c == MOTOR)) for c in bench.channels]
+    told = dict(zip(bench.channels, leg.beside(tracks), strict=True))
+    (battery,) = {CURRENT, POWER} & told.keys()
+    assert {c for c, x in told.items() if x.any()} == {MOTOR, battery}
+    nominal = leg.problem.nominal
+    asked = drawn_by_motor(car, nominal, battery)
+    np.testing.assert_allclose(told[battery], -asked, rtol=0.1, atol=1e-6)
