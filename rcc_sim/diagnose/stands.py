@@ -137,6 +137,7 @@ def only(
     kept += [k for k in found.null.knobs if k.key not in keys]
     known = found.null.values | now.fit.values if causes else found.null.values
     start = {k.key: known.get(k.key, k.value) for k in kept}
+    start |= {k: x for k, x in now.fit.values.items() if k in mine}  # some have no knob
     fit = descent.fit(acting, start, kept)
     left = remainder(acting, fit, constant(causes))
     return replace(now, engine=acting, fit=fit, causes=causes, left=left)

@@ -8,12 +8,14 @@ import pytest
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose import descent, stands
 from rcc_sim.diagnose.cause import ENOUGH, Cause
+from rcc_sim.diagnose.compete import Explanation
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.knobs import Knob, nuisance_knobs
 from rcc_sim.diagnose.posed import problem_of
 from rcc_sim.diagnose.remainder import LATERAL_ENOUGH, Remainder, remainder
 from rcc_sim.diagnose.winner import shares_of
 from rcc_sim.trace import Trace
+from tests.diagnose.test_ties import logged
 from tests.winding import seen_of, winding
 
 CAR = load_vehicle("r1t")
@@ -78,3 +80,23 @@ def test_a_friction_is_needed_beside_a_drag_that_changes_if_it_acts():
     assert beside(torque=4.0, patch=0.0) > ENOUGH
     assert beside(torque=4.0, patch=1.0) > ENOUGH
     assert beside(torque=0.0, patch=4.0) < 0.2 * ENOUGH
+
+
+def test_a_cause_whose_figure_is_held_keeps_it_where_another_is_withdrawn():
+    """A period of sampling has no slope along which it could be fitted."""
+    period, load = "effects.reference_sampling.period_s", "effects.payload.mass_kg"
+    _, problem = logged({period: 0.2, load: 0.5})
+    engine = Engine([problem])
+    knobs = nuisance_knobs([problem])
+    null = descent.fit(engine, {}, knobs)
+    fit = descent.fit(engine, {period: 0.2, load: 0.5}, [*knobs, Knob(load, 0.0)])
+    causes = [
+        Cause("payload", (load,), 90.0),
+        Cause("reference_sampling", (period,), 80),
+    ]
+    found = Explanation(engine, null, fit, tuple(causes), {})
+    all_of = stands.Standing(engine, fit, causes, remainder(engine, fit))
+    now = stands.only(engine, found, all_of, causes[1:])
+    assert now.fit.values[period] == 0.2
+    assert load not in now.fit.values
+    assert now.fit.score > null.score + ENOUGH
