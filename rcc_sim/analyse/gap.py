@@ -143,7 +143,8 @@ def gap(
         drive = replace(drive, window=inf)
         columns = {**log.columns, "battery_power_w": charge.held(charge.power)}
         log = Trace(columns, name=log.name)
-    log = _turning(log, vehicle)
+    if drive.steered:
+        log = _turning(log, vehicle)
     if drive.imposed:  # power follows from the motion, not from the torque logged
         drive = untorqued(drive)
     names = USED

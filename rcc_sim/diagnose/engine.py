@@ -139,7 +139,8 @@ class Engine:
         def one(i: int) -> Whitener:
             e, valid = left_in[i], self.valid[i]
             if self.tracks[i][1] in sought and valid.any():
-                # a noise that remembers would take an offset that is to be found
+                # a noise that remembers would take an offset that is to be found; a
+                # heading does not wander off at a rate that stays
                 e = e - float(np.mean(e[valid]))
             known = (self.grows_with[i], self.edges[i], self.least[i])
             stands = self.stands[i]

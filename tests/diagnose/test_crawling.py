@@ -67,6 +67,18 @@ def test_the_gap_of_a_log_without_a_gyro_is_that_of_its_heading():
     assert any("no gyro" in note for note in found.notes)
 
 
+def test_a_heading_without_a_steering_to_judge_is_no_gap_of_a_car_that_goes_straight():
+    """The model drives straight on where no one says how it was steered."""
+    columns = dict(crawl(car(), speed=2.0).log.columns)
+    del columns["steer_cmd_rad"]
+    t = columns["time_s"]
+    columns["yaw_rad"] = 0.2 * t**2 / 10
+    columns["accel_y_mps2"] = 0.3 * np.sin(t)
+    columns["accel_x_mps2"] = np.gradient(columns["speed_mps"], t)
+    found = gap(Logged(Trace(columns, name="log"), (), None), car())
+    assert [c.channel for c in found.channels] == ["accel_x_mps2"]
+
+
 def test_cornering_is_judged_where_the_fade_of_slip_matters_little():
     problem = problem_of(crawl(car()).log, car())
     assert problem.slow < 0.4
