@@ -26,8 +26,8 @@ NOTHING = 0.25
 GAINED = 3.0
 """Standard deviations of a sensor's gain from which on it is told."""
 
-TURNS = ("yaw_rate_radps", "steer_cmd_rad", "accel_y_mps2", "yaw_rad", "x_m")
-"""Columns that tell where a vehicle turned."""
+TURNS = ("yaw_rate_radps", "steer_cmd_rad")
+"""Columns by which the model turns where the vehicle did."""
 
 DRAGS = frozenset(
     (

@@ -77,3 +77,5 @@ def test_a_log_that_does_not_tell_where_it_turned_says_so_of_drags_alone():
     assert said(straight, drag) == ["no_bends"]
     assert not said(straight, load)
     assert not said(turns, drag)
+    seen = Trace({**straight.columns, "yaw_rad": run["yaw_rad"]}, name="seen")
+    assert said(seen, drag) == ["no_bends"]  # the model drives straight on all the same
