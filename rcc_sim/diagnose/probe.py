@@ -167,6 +167,8 @@ class Probe:
         What switches on and off passes for a noise that remembers: by that noise it
         gains next to nothing.
         """
+        if not self.shows_in(log):
+            return 0.0
         prior = prior_of(profile.key, profile.along, profile.knots)
         return self._beside_noise(log, windows(x, profile.knots), prior).evidence
 

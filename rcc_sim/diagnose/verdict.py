@@ -307,8 +307,8 @@ def resolution(knob: Knob, value: float, row: float) -> float:
 def _of_profile(fit: Fit, key: str, cause: Cause, stated: float) -> Estimate:
     """Mean and ends of profiles and what they act on: fitted, else as stated.
 
-    Of several logs the mean over all of them, each as long as it is; what puts one off
-    may put off all.
+    Of several logs the mean over all that tell it, each as long as it is; what puts one
+    off may put off all. One whose interval is all that the effect allows tells nothing.
     """
     bounds = EFFECTS[cause.effect].param(key.rpartition(".")[2]).bounds
     base = fit.values.get(key, stated)
@@ -319,16 +319,15 @@ def _of_profile(fit: Fit, key: str, cause: Cause, stated: float) -> Estimate:
         return Estimate(value, low, high, sd, least=least, most=most)
 
     profiles = [cause.profiles[i] for i in sorted(cause.profiles)]
-    means = [p.mean for p in profiles]
-    sds = [INTERVAL * p.mean_sd for p in profiles]
-    each = tuple(
-        estimate(x, sd, p.value) for x, sd, p in zip(means, sds, profiles, strict=True)
-    )
+    each = tuple(estimate(p.mean, INTERVAL * p.mean_sd, p.value) for p in profiles)
     if len(each) == 1:
         return each[0]
-    long = [p.knots[-1] - p.knots[0] for p in profiles]
-    mean, sd = (float(np.average(x, weights=long)) for x in (means, sds))
-    whole = estimate(mean, sd, np.concatenate([p.value for p in profiles]))
+    told = [p for p, e in zip(profiles, each, strict=True) if (e.low, e.high) != bounds]
+    told = told or profiles
+    long = [p.knots[-1] - p.knots[0] for p in told]
+    mean = float(np.average([p.mean for p in told], weights=long))
+    sd = INTERVAL * float(np.average([p.mean_sd for p in told], weights=long))
+    whole = estimate(mean, sd, np.concatenate([p.value for p in told]))
     return replace(whole, each=each)
 
 

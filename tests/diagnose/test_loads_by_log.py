@@ -7,8 +7,12 @@ from rcc_sim.analyse.gap import gap
 from rcc_sim.analyse.logged import open_log
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.deliver import write_mended
+from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.knobs import figures_of, own_key
+from rcc_sim.diagnose.posed import problem_of
+from rcc_sim.diagnose.probe import Probe
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.report.screen import screen
 from rcc_sim.simulate.drive import drive_of
@@ -22,7 +26,7 @@ NOISE = {"speed_mps": 0.01, "battery_voltage_v": 0.1, "battery_current_a": 0.3}
 LATE = 3000.0  # W, in the second half of one drive
 
 
-def driven(path, cycle, heater, seed):
+def driven(path, cycle, heater, seed, noise=NOISE):
     """A log of a drive with a heater's power [W], a number a row."""
     rng = np.random.default_rng(seed)
     known = parse_cycle(cycle)
@@ -32,7 +36,7 @@ def driven(path, cycle, heater, seed):
     power = np.where(time > time[-1] / 2, heater, 0.0)
     columns = {"time_s": time, "speed_mps": speed, "aux_power_w": power}
     seen = replay(CAR, drive_of(Trace(columns, name="made"), CAR))
-    log = {n: seen[n] + rng.normal(0, s, len(time)) for n, s in NOISE.items()}
+    log = {n: seen[n] + rng.normal(0, s, len(time)) for n, s in noise.items()}
     table = np.column_stack([time, *log.values()])
     head = ",".join(["time_s", *log])
     np.savetxt(path, table, fmt="%.6g", delimiter=",", header=head, comments="")
@@ -99,3 +103,26 @@ def test_on_another_log_the_file_that_is_written_is_judged(tmp_path):
     after = gap(open_log(tmp_path / "held.csv", mended), mended).energy.gap_percent
     assert found.proof.after == pytest.approx(after, abs=0.1)
     assert abs(after) < 0.3 * abs(found.proof.before)
+
+
+def test_a_load_of_one_log_is_found_beside_a_log_that_tells_none(tmp_path):
+    felt = {"speed_mps": 0.01, "accel_x_mps2": 0.1}
+    blind = driven(tmp_path / "felt.csv", "udds[0:340]", 0.0, 3, felt)
+    heated = driven(tmp_path / "heated.csv", "hwfet[0:340]", LATE, 1)
+    alone, beside = (diagnose(logs, CAR) for logs in ([heated], [blind, heated]))
+    for found in (alone, beside):
+        (one,) = found.asserted
+        assert one.cause.effect == "auxiliary_load"
+    mine, other = (f.asserted[0].figures["power_w"].value for f in (alone, beside))
+    assert other == pytest.approx(mine, rel=0.05)
+
+
+def test_a_log_that_shows_nothing_of_a_load_has_no_evidence_of_one(tmp_path):
+    felt = {"speed_mps": 0.01, "accel_x_mps2": 0.1}
+    blind = driven(tmp_path / "felt.csv", "udds[0:340]", 0.0, 3, felt)
+    engine = Engine([problem_of(blind.log, CAR)])
+    probe = Probe(engine, descent.of_tolerances(engine), LOAD)
+    time = blind.log["time_s"]
+    profile = probe.profile(0, "time_s", time, 20)
+    assert profile.evidence == 0.0
+    assert probe.with_noise(profile, 0, time) == 0.0
