@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rcc_sim.analyse.gap_regimes import moving_mean, rows_in
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.shapes import LATERAL
 from rcc_sim.simulate.drive import COMMANDS
@@ -16,6 +17,13 @@ CORNERING = 0.3 * G
 
 STEER, CORNERED = 0.01, 0.5
 """Steering angle [rad] and lateral acceleration [m/s²] from which a log does corner."""
+
+
+LASTS = 0.5
+"""Time that a driver holds an acceleration, at least: what is faster shakes. [s]"""
+
+GRIP = 1.0
+"""Friction of tyres of which none is stated."""
 
 
 @dataclass(frozen=True)
@@ -67,6 +75,8 @@ def limits_of(problem: Problem) -> Limits:
     log, drive, vehicle = problem.log, problem.drive, problem.vehicle
     speed = problem.driven_speed
     top = float(speed.max()) or 1.0
+    friction = vehicle.tyres.friction_coefficient
+    grip = G * (friction.value if friction else GRIP)
     command = top
     if level_column(problem) == "throttle":
         command = float(np.nanmax(drive.commands.throttle)) or 1.0
@@ -74,12 +84,14 @@ def limits_of(problem: Problem) -> Limits:
     steer = float(np.abs(drive.commands.steer).max()) if drive.steered else 0.0
     cornered = 0.0
     if "accel_y_mps2" in log:
-        cornered = float(np.nanquantile(np.abs(log["accel_y_mps2"]), 0.99))
+        across = moving_mean(log["accel_y_mps2"], rows_in(log["time_s"], LASTS))
+        cornered = min(float(np.quantile(np.abs(across), 0.99)), grip)
     lateral = cornered if cornered > CORNERED and steer > STEER else CORNERING
     if drive.steered and sees and steer < STEER:  # it went straight: a gentle corner
         steer = 4 * CORNERING * vehicle.wheelbase / top**2
-    rate = np.gradient(speed, drive.time)
-    accel = float(np.quantile(np.abs(rate), 0.95))
+    calm = moving_mean(speed, rows_in(drive.time, LASTS))
+    rate = np.gradient(calm, drive.time)
+    accel = min(float(np.quantile(np.abs(rate), 0.95)), grip)
     regen = vehicle.effects.get("regeneration_limit", {})
     freely = any(getattr(f, "value", 1.0) == 0.0 for f in regen.values())
     duration = float(drive.time[-1] - drive.time[0])

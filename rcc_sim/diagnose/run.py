@@ -58,7 +58,7 @@ from rcc_sim.trace import Trace
 R = TypeVar("R")
 
 SHORTEST = 1.5 * MEMORY
-"""Time that a log must last. [s]"""
+"""Time that logs must last, all together. [s]"""
 
 
 def diagnose(
@@ -95,8 +95,7 @@ def diagnose(
     InputError
         If a log cannot be compared with the vehicle.
     """
-    for one in logs:
-        refuse_short(one.log)
+    refuse_short([one.log for one in logs])
     logs, holdouts = ([thinned(one) for one in some] for some in (logs, holdouts))
     repeats = [with_fewer_rows(log, rows_to_one(log)) for log in repeats]
     told("where")
@@ -203,13 +202,15 @@ def farthest_off(gaps: Sequence[Gap]) -> int:
     return int(np.argmax([abs(g.energy.gap_wh or 0.0) for g in gaps]))
 
 
-def refuse_short(log: Trace) -> None:
-    """Raise if a log is too short for its noise to be told from a cause."""
-    lasts = float(log["time_s"][-1] - log["time_s"][0])
+def refuse_short(logs: Sequence[Trace]) -> None:
+    """Raise if logs are too short, all together, for noise to be told from a cause."""
+    lasts = sum(float(log["time_s"][-1] - log["time_s"][0]) for log in logs)
     if lasts < SHORTEST:
+        names = ", ".join(log.name for log in logs)
         raise InputError(
-            f"{log.name}: lasts {lasts:.3g} s: too short to tell a cause from noise",
-            f"noise may remember {MEMORY:g} s; {SHORTEST:g} s of driving at least",
+            f"{names}: lasts {lasts:.3g} s: too short to tell a cause from noise",
+            f"noise may remember {MEMORY:g} s; {SHORTEST:g} s of driving at least, in "
+            "one log or several of the same vehicle",
         )
 
 

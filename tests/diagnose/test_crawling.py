@@ -105,3 +105,18 @@ def test_a_car_that_turns_otherwise_than_asked_is_not_without_a_gap():
     log = Trace({**columns, "steer_cmd_rad": late, "yaw_rate_radps": rate}, name="log")
     found = diagnose([Logged(log, (), None)], car())
     assert found.document()["status"] in ("unexplained", "partly_explained")
+
+
+def test_logs_that_are_too_short_alone_do_together():
+    trim = {"steering_offset": {"angle_rad": TRIM}}
+    parts = []
+    for seed in range(3):
+        log = crawl(car(trim), seed=seed).log
+        rows = (log["time_s"] > 6.0) & (log["time_s"] < 10.3)
+        part = {c: x[rows] for c, x in log.columns.items()}
+        parts.append(Logged(Trace(part, name=f"part {seed}"), (), None))
+    with pytest.raises(InputError, match="too short"):
+        diagnose(parts[:1], car())
+    (one,) = diagnose(parts, car()).asserted
+    assert one.cause.effect == "steering_offset"
+    assert one.figures["angle_rad"].value == pytest.approx(TRIM, rel=0.15)

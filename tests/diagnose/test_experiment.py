@@ -178,3 +178,22 @@ def test_what_a_runs_motor_asks_of_the_battery_is_taken_from_the_battery(gone):
     nominal = leg.problem.nominal
     asked = drawn_by_motor(car, nominal, battery)
     np.testing.assert_allclose(told[battery], -asked, rtol=0.1, atol=1e-6)
+
+
+def test_no_run_asks_for_what_a_shaking_sensor_showed():
+    """A wheel counted in steps, an accelerometer that rattles: no driver does that."""
+    car, problem = logged({}, steered=True)
+    calm = limits_of(problem)
+    rng = np.random.default_rng(4)
+    shaken = dict(problem.log.columns)
+    rows = len(problem.log)
+    shaken["speed_mps"] = np.round(shaken["speed_mps"] / 0.15) * 0.15
+    shaken["accel_y_mps2"] = shaken["accel_y_mps2"] + 8.0 * rng.standard_normal(rows)
+    rough = limits_of(problem_of(Trace(shaken, name="log"), car))
+    assert rough.accel < 2.0 * calm.accel
+    assert rough.lateral < calm.lateral + 4.0
+    rough = limits_of(
+        problem_of(Trace(shaken | {"accel_y_mps2": 3 * shaken["accel_y_mps2"]}), car)
+    )
+    grip = car.tyres.friction_coefficient
+    assert rough.lateral <= 9.81 * (grip.value if grip else 1.0)
