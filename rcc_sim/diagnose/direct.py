@@ -12,6 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from rcc_sim.analyse.heading import TURN_RATE
 from rcc_sim.analyse.logcheck.finding import Finding
 from rcc_sim.diagnose.engine import ALIKE, GIVEN, Engine
 from rcc_sim.diagnose.fit import Fit
@@ -55,7 +56,9 @@ def disagreeing(engine: Engine, fit: Fit, log: int = 0) -> tuple[Finding, ...]:
         for channel in GIVEN
         if channel in left
     ]
-    found += [opposed(problem, channel, *left[channel]) for channel in left]
+    turns = TURN_RATE if "yaw_rate_radps" in left else None  # which is one motion
+    each = [c for c in left if c != turns]
+    found += [opposed(problem, channel, *left[channel]) for channel in each]
     if FELT in left and problem.drive.imposed:
         found.append(slopes(problem, *left[FELT], rest))
     return tuple(one for one in found if one)
@@ -91,9 +94,9 @@ def opposed(problem: Problem, channel: str, left: Array, valid: Mask) -> Finding
         return None
     return Finding(
         "opposed",
-        channel,
-        "is farther from the mended model than from nothing at all",
-        action="is it its sign, its clock, or what was asked of the car?",
+        "yaw_rad" if channel == TURN_RATE else channel,
+        "is so far from the mended model that predicting none would do better",
+        action="is it a sign, a clock, or not what was asked of the car?",
         severity="warning",
     )
 

@@ -86,6 +86,13 @@ def mapped_columns(
                 raise _lacking(by, ours, lacking[0], names)
             if len(lacking) < len(terms):
                 report.notes.append(f"{ours}: no {lacking[0].sources[0]}: left out")
+            for term in lacking:
+                if any(find(list(columns), s) for s in term.sources):
+                    told = (
+                        f"{ours}: no {term.times}, which it is multiplied by: left out"
+                    )
+                    report.notes.append(told)
+                    report.dropped.append(ours)
             continue
         kept = [p for p in parts if p is not None]
         dead = [(name, why) for name, _, why in kept if why]

@@ -10,6 +10,7 @@ import numpy as np
 
 from rcc_sim.analyse.gap_energy import COVERAGE, EnergyGap, logged_power
 from rcc_sim.analyse.gap_regimes import moving_mean
+from rcc_sim.analyse.logcheck.finding import counted
 from rcc_sim.diagnose.diagnosis import Diagnosis
 from rcc_sim.diagnose.menu import STAND
 from rcc_sim.diagnose.verdict import (
@@ -172,7 +173,7 @@ def _gap(found: Diagnosis) -> Iterator[tuple[str, str]]:
             )
         yield "GAP", text
     if len(found.gaps) > SHOWN:
-        yield "", f"and {len(found.gaps) - SHOWN} logs more"
+        yield "", f"and {counted(len(found.gaps) - SHOWN, 'more log')}"
 
 
 def _within(e: EnergyGap) -> str:
@@ -252,7 +253,8 @@ def _each(found: Diagnosis, a: Asserted) -> Iterator[str]:
             f"{figures(e.high, 4)})"
             for gap, e in zip(found.gaps, x.each, strict=True)
         ]
-        more = f", and {len(told) - SHOWN} logs more" * (len(told) > SHOWN)
+        rest = len(told) - SHOWN
+        more = f", and {counted(rest, 'more log')}" * (rest > 0)
         yield f"mean {name} by log: {', '.join(told[:SHOWN])}{more}"
 
 
@@ -304,7 +306,7 @@ def _held_out(found: Diagnosis) -> str:
         return "rows that no fit saw"
     more = len(found.kept_back) - SHOWN
     names = ", ".join(map(short, found.kept_back[:SHOWN]))
-    return names + f" and {more} logs more" * (more > 0)
+    return names + f" and {counted(more, 'more log')}" * (more > 0)
 
 
 def _ledger(found: Diagnosis) -> Iterator[tuple[str, str]]:

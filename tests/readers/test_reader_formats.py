@@ -247,6 +247,17 @@ def test_ten_tenths_that_a_logger_did_not_carry_are_carried(tmp_path):
         assert trace[column][0] == pytest.approx(trace[column][1], rel=1e-12)
 
 
+def test_a_column_whose_factor_the_file_lacks_is_told_to_be_left_out(tmp_path):
+    (dart,) = [m for m in shipped_maps() if m.name == "dart"]
+    names = [n for n in dart.header if n != "safety_value"]
+    rows = [",".join([str(k), *["1"] * (len(names) - 1)]) for k in range(1, 4)]
+    (tmp_path / "log.csv").write_text("\n".join([",".join(names), *rows]))
+    log = read_log(tmp_path / "log.csv", columns="dart")
+    assert "throttle" not in log.trace
+    assert "throttle" in log.dropped
+    assert any("throttle: no safety_value" in note for note in log.notes)
+
+
 def test_rows_before_the_first_sensor_message_are_blank(tmp_path):
     (dart,) = [m for m in shipped_maps() if m.name == "dart_vicon"]
     zeros, rest = [], []

@@ -164,9 +164,9 @@ def spread(values: Array) -> float:
     return float(high - low)
 
 
-def counted(n: int) -> str:
-    """Return a number of rows in words."""
-    return f"{n} row{'' if n == 1 else 's'}"
+def counted(n: int, what: str = "row") -> str:
+    """Return a number of rows, or of something else, in words."""
+    return f"{n} {what}{'' if n == 1 else 's'}"
 
 
 def when(time: Array, rows: NDArray[np.intp]) -> str:

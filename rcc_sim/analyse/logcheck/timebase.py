@@ -261,8 +261,8 @@ def _lost(
     return Finding(
         "gap" if longest > 3.5 * middle else "lost_rows",
         "time_s",
-        f"about {lost:.0f} rows ({100 * share:.2g} %) are lost in {len(holes)} "
-        f"places; the longest gap is {longest:.4g} s",
+        f"about {lost:.0f} rows ({100 * share:.2g} %) are lost in "
+        f"{counted(len(holes), 'place')}; the longest gap is {longest:.4g} s",
         action="not filled; nothing is compared inside a gap",
         severity="warning" if grave else "info",
         **place,
@@ -326,7 +326,7 @@ def missing(time: Array, name: str, values: Array) -> list[Finding]:
             "missing",
             name,
             f"empty in {counted(count)} ({100 * count / n:.2g} %), at most "
-            f"{lasts:.3g} s on end",
+            f"{lasts:.3g} s without a break",
             f"{at(time, time[first])}–{at(time, time[end - 1])} s",
             action="not filled; left out of the comparison",
             severity="warning" if grave else "info",
