@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -268,7 +269,6 @@ def _write(
     next_run: Path | None,
 ) -> None:
     from rcc_sim.diagnose.deliver import (
-        over_time,
         varying,
         write_mended,
         write_next_run,
@@ -278,23 +278,8 @@ def _write(
     if vehicle is not None:
         write_mended(found, vehicle)
         say(f"wrote {vehicle}")
-        for a in (a for a in found.asserted if a.cause.tied):
-            tied = ", ".join(a.cause.tied)
-            say(f"note: {vehicle} has {a.cause.effect}; it might as well be {tied}")
-        if not found.asserted:
-            told = f"{len(found.figures())} stated figures as these logs have them"
-            say(f"note: no cause; {vehicle} holds {told}")
-        if "wheel_radius" in found.effects().keys() - {
-            a.cause.effect for a in found.asserted
-        }:
-            say("note: wheel_radius.scale holds what these logs make of tyres.radius_m")
-        for key, sds in found.elsewhere.items():
-            say(f"note: {key} is {sds:.0f} sds off what was stated; {vehicle} holds it")
-        for column in found.hidden:
-            say(f"note: {vehicle} holds what {column} was hidden for: hide it again")
-        for effect in over_time(found):
-            over = found.gap.log if len(found.gaps) == 1 else "all logs"
-            say(f"note: {effect} varies; {vehicle} holds its mean over {over}")
+        for note in _of_mended(found, vehicle):
+            say(f"note: {note}")
     if profiles is not None:
         for i in range(len(found.gaps)):
             path = profiles.with_suffix(f".{i + 1}{profiles.suffix}") if i else profiles
@@ -324,6 +309,36 @@ def _write(
                 f"note: {next_run} is one way: drive it out and back{often}, and name "
                 "the logs of the way back with --back"
             )
+
+
+def _of_mended(found: Diagnosis, vehicle: Path) -> Iterator[str]:
+    """Yield what to know of a mended vehicle file."""
+    from rcc_sim.diagnose.deliver import over_time
+    from rcc_sim.diagnose.verdict import grew
+
+    for a in (a for a in found.asserted if a.cause.tied):
+        tied = ", ".join(a.cause.tied)
+        yield f"{vehicle} has {a.cause.effect}; it might as well be {tied}"
+    if not found.asserted:
+        told = f"{len(found.figures())} stated figures as these logs have them"
+        yield f"no cause; {vehicle} holds {told}"
+    if "wheel_radius" in found.effects().keys() - {
+        a.cause.effect for a in found.asserted
+    }:
+        yield "wheel_radius.scale holds what these logs make of tyres.radius_m"
+    for key, sds in found.elsewhere.items():
+        yield f"{key} is {sds:.0f} sds off what was stated; {vehicle} holds it"
+    for column in found.hidden:
+        yield f"{vehicle} holds what {column} was hidden for: hide it again"
+    for effect in over_time(found):
+        over = found.gap.log if len(found.gaps) == 1 else "all logs"
+        yield f"{effect} varies; {vehicle} holds its mean over {over}"
+    before, after = found.proof.before, found.proof.after
+    if before is not None and after is not None and grew(before, after):
+        yield (
+            f"the energy gap grows with {vehicle}, on rows that no fit saw from "
+            f"{before:+.3g} to {after:+.3g} %: what is missing is not in it"
+        )
 
 
 def _deliver(

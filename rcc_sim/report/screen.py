@@ -119,6 +119,8 @@ def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
     if found.asserted:
         yield from _proof(found)
         yield from ((word, of_one + text) for word, text in _ledger(found))
+    elif found.kept_back:
+        yield "PROOF", f"there is no cause to hold against {_held_out(found)}"
     yield from doubts(found)
     if found.left.is_real:
         left = found.left

@@ -1,9 +1,12 @@
 import json
 import subprocess
 import sys
+from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
+from rcc_sim.cli.diagnose import _of_mended
 from rcc_sim.cli.logs import tell_notes
 
 
@@ -54,6 +57,11 @@ def test_a_mended_file_without_a_cause_is_said_to_be_one(drive, tmp_path):
     assert not document["causes"]
     assert {r["effect"] for r in document["ranking"]} >= set(names.split(","))
     assert "note: no cause; " in done.stderr
+    other = tmp_path / "other.csv"
+    other.write_bytes(drive.read_bytes())
+    held = ("--candidates", names, "--holdout", other, "--text")
+    done = rccsim("diagnose", drive, "--vehicle", "rcc", *held)
+    assert "\nPROOF    there is no cause to hold against" in done.stdout
 
 
 @pytest.mark.parametrize(
@@ -114,3 +122,17 @@ def test_what_several_logs_have_in_common_is_said_once(capsys):
     assert capsys.readouterr().err == "note: 2 of 3 logs: late\n"
     tell_notes([("a.csv", ["late"])])
     assert capsys.readouterr().err == "note: late\n"
+
+
+@pytest.mark.parametrize(
+    ("after", "told"), [(77.8, True), (52.9, False), (None, False)]
+)
+def test_a_mended_file_with_which_the_energy_gap_grows_says_so(after, told):
+    """A mass of a third may suit each row, and not the energy."""
+    found = SimpleNamespace(
+        asserted=[], elsewhere={}, hidden=(), gaps=(1,), figures=dict, effects=dict,
+        proof=SimpleNamespace(before=51.7, after=after),
+    )  # fmt: skip
+    notes = [n for n in _of_mended(found, Path("m.toml")) if "grows" in n]
+    assert bool(notes) is told
+    assert not told or "from +51.7 to +77.8 %" in notes[0]
