@@ -62,6 +62,9 @@ MAP_KEYS = {
     "title", "source", "format", "header", "separator", "encoding", "decimal",
     "skip_rows", "rate_hz", "carry_tenths", "notes",
 }  # fmt: skip
+ALIKE = 0.6
+"""Share of a map's header from which on a file that lacks some of it is like it."""
+
 SEPARATORS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " "}
 
 
@@ -200,6 +203,14 @@ def matching(maps: Sequence[ColumnMap], names: Sequence[str]) -> ColumnMap | Non
     there = set(names)
     fit = [m for m in maps if m.header and there.issuperset(m.header)]
     return max(fit, key=lambda m: len(m.header), default=None)
+
+
+def nearest(maps: Sequence[ColumnMap], names: Sequence[str]) -> ColumnMap | None:
+    """The map of whose header most is among the names, if that is ``ALIKE`` of it."""
+    there = set(names)
+    share = {m.name: len(there & set(m.header)) / max(len(m.header), 1) for m in maps}
+    best = max(maps, key=lambda m: share[m.name], default=None)
+    return best if best and share[best.name] >= ALIKE else None
 
 
 def _load(path: Path, *, shipped: bool) -> ColumnMap:

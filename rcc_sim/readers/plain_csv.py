@@ -13,7 +13,14 @@ from rcc_sim.readers.build import (
     finished,
     mapped_columns,
 )
-from rcc_sim.readers.column_map import CLOCK, DATE, ColumnMap, matching, shipped_maps
+from rcc_sim.readers.column_map import (
+    CLOCK,
+    DATE,
+    ColumnMap,
+    matching,
+    nearest,
+    shipped_maps,
+)
 from rcc_sim.readers.csv_table import (
     TextTable,
     carried,
@@ -136,8 +143,14 @@ def _counted(
 
 def _unknown(source: Source, table: TextTable) -> InputError:
     names = ", ".join(n for n in table.names[:40] if n)
+    maps = [m for m in shipped_maps() if m.format == "csv"]
+    like = nearest(maps, table.names)
+    draft = "--map FILE.toml"
+    if like:
+        lacks = ", ".join(n for n in like.header if n not in table.names)
+        draft = f"--map {like.name}, whose header it has but for {lacks}, or --map FILE"
     return InputError(
         f"{source.name}: no time_s column, and no shipped column map knows this header",
-        f"say what is what with --map FILE.toml (`rccsim convert {source.name} "
+        f"say what is what with {draft} (`rccsim convert {source.name} "
         f"--suggest-map` drafts one); the columns are: {names}",
     )

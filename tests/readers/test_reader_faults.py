@@ -57,6 +57,14 @@ def test_a_bad_table_names_file_row_and_column(tmp_path, content, words):
     refused(text(tmp_path, content), *words)
 
 
+def test_a_header_that_lacks_a_name_of_a_shipped_map_is_told_which(tmp_path):
+    header = "ms_today;input_voltage;current_motor;erpm"
+    path = text(tmp_path, header + "\n1;2;3;4\n2;2;3;4\n")
+    hint = refused(path, "no shipped column map").hint
+    assert "--map vesc_tool, whose header it has but for current_in" in hint
+    assert len(read_log(path, columns="vesc_tool").trace) == 2
+
+
 def test_a_word_far_down_is_found(tmp_path):
     rows = [f"{k},{k}" for k in range(300_000)]
     rows[290_000] = "290000,oops"
