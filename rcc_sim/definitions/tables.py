@@ -161,6 +161,17 @@ ADVICE = {
     "drivetrain.gear_ratio": "motor turns per wheel turn",
     "motor.poles": "number of poles, not of pole pairs: an even number",
     "controller.mode": 'one of "speed", "torque", "throttle"',
+    "controller.steering_command": "rising commands as a log's `steering` holds them, "
+    "-1 to 1 say",
+    "controller.steering_angle_rad": "angle of the road wheels at each of them, "
+    "positive left; straight between, held at the ends",
+    "controller.driver_time_constant_s": "time in which the driver of a torque-driven "
+    "vehicle makes up for a wrong speed; that in which it answers its steering where "
+    "none is stated",
+    "controller.force_throttle": "rising throttles, 0 to 1, one a row of force_n",
+    "controller.force_speed_mps": "rising speeds, one a column of force_n",
+    "controller.force_n": "force at the wheels by throttle and speed, for "
+    '`mode = "throttle"`; bilinear between, held at the edges',
     "controller.force_scale": "what force_n is multiplied by; its sd is what a charge "
     "that is not logged does",
     "sensors.noise_sd": "noise of a reading; of elevation_m, how far heights may be "
