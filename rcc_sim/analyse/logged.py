@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import inf
 from pathlib import Path
 from typing import IO
 
@@ -45,6 +46,9 @@ COMPARED = (
 BACKWARD = 0.01
 """Speed as a share of the log's largest below which a vehicle reverses."""
 
+WHOLE = (-inf, inf)
+"""From when to when a log counts, all of it. [s]"""
+
 FEWEST = 10
 """Rows below which a log is not compared."""
 
@@ -78,6 +82,7 @@ def open_log(
     reader: str | None = None,
     columns: str | Path | None = None,
     hide: Sequence[str] = (),
+    span: tuple[float, float] = WHOLE,
     back: bool = False,
     on_stand: bool = False,
     stdin: IO[bytes] | None = None,
@@ -94,6 +99,8 @@ def open_log(
         As in :func:`rcc_sim.readers.read_log`.
     hide : sequence of str
         Measured columns to leave out.
+    span : tuple of float
+        From when to when on the log's own clock it counts. [s]
     back : bool
         It was driven the other way along the road: its ``direction`` is -1.
     on_stand : bool
@@ -113,7 +120,7 @@ def open_log(
     all_along = {name: np.full(len(trace), x) for name, x in said.items()}
     trace = Trace({**trace.columns, **all_along}, name=trace.name)
     reading = replace(reading, trace=trace)
-    trace = _without(trace, hide)
+    trace = _within(_without(trace, hide), span)
     if is_on_stand(trace):
         trace = _without(trace, [c for c in MOVING if c in trace])
     trace, notes = one_clock(trace)
@@ -156,6 +163,20 @@ def steered(trace: Trace, vehicle: Vehicle) -> Trace:
         )
     found = np.interp(trace["steering"], command, angle)
     return Trace({**trace.columns, "steer_cmd_rad": found}, name=trace.name)
+
+
+def _within(trace: Trace, span: tuple[float, float]) -> Trace:
+    """Return a part of a log, by its own clock."""
+    if span == WHOLE:
+        return trace
+    time, (start, end) = trace["time_s"], span
+    rows = (time >= start) & (time <= end)
+    if not rows.any():
+        raise InputError(
+            f"{trace.name}: has no row from {start:g} to {end:g} s",
+            f"its clock runs from {np.nanmin(time):.6g} to {np.nanmax(time):.6g} s",
+        )
+    return Trace({n: x[rows] for n, x in trace.columns.items()}, name=trace.name)
 
 
 def _without(trace: Trace, hide: Sequence[str]) -> Trace:

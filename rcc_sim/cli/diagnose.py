@@ -27,9 +27,11 @@ from rcc_sim.cli.logs import (
     Model,
     Reader,
     Repeats,
+    Span,
     keep,
     notes_of,
     once,
+    span_of,
     tell_notes,
     write_page,
 )
@@ -78,6 +80,7 @@ def diagnose(
         ),
     ] = None,
     hide: Hide = None,
+    span: Span = None,
     candidates: Annotated[
         list[str] | None,
         typer.Option(
@@ -160,6 +163,7 @@ def diagnose(
         refuse_single(
             {
                 "--repeats": repeats,
+                "--span": span,
                 "--back": back,
                 "--on-stand": on_stand,
                 "--holdout": holdout,
@@ -193,7 +197,7 @@ def diagnose(
     )
     found = _found(
         logs, back, on_stand, vehicle, withhold or [], hide or [], effects,
-        holdout or [], repeats or [], reader, map_,
+        holdout or [], repeats or [], span_of(span), reader, map_,
     )  # fmt: skip
     _write(found, write_vehicle, profiles, next_run)
     if html is not None:
@@ -219,6 +223,7 @@ def _found(
     candidates: list[str],
     holdout: list[str],
     repeats: list[str],
+    span: tuple[float, float],
     reader: str | None,
     map_: str | None,
 ) -> Diagnosis:
@@ -244,9 +249,9 @@ def _found(
         ]
 
     found = [
-        *opened(logs),
-        *opened(back, back=True),
-        *opened(on_stand, on_stand=True),
+        *opened(logs, span=span),
+        *opened(back, span=span, back=True),
+        *opened(on_stand, span=span, on_stand=True),
     ]
     # before a fit that takes its time: it may be the wrong vehicle, or unit
     tell_notes([(one.log.name, notes_of(one.findings)) for one in found])
@@ -256,7 +261,7 @@ def _found(
             car,
             candidates=candidates,
             holdouts=opened(holdout),
-            repeats=[one.log for one in opened(repeats)],
+            repeats=[one.log for one in opened(repeats, span=span)],
             withheld=withhold,
             told=tell,
         )

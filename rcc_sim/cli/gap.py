@@ -26,9 +26,11 @@ from rcc_sim.cli.logs import (
     Plot,
     Reader,
     Repeats,
+    Span,
     keep,
     notes_of,
     once,
+    span_of,
     tell_notes,
     write_page,
 )
@@ -59,6 +61,7 @@ def gap(
         ),
     ] = None,
     hide: Hide = None,
+    span: Span = None,
     back: Annotated[
         bool,
         typer.Option(
@@ -102,6 +105,7 @@ def gap(
                 "--back": back,
                 "--on-stand": on_stand,
                 "--repeats": repeats,
+                "--span": span,
                 "--plot": plot,
             }
         )
@@ -111,7 +115,7 @@ def gap(
     read = [log, vehicle, *(repeats or [])]
     once([log, *(repeats or [])])
     keep(read, {"--plot": plot, "--html": html, "--output": output})
-    how = {"reader": reader, "columns": map_}
+    how = {"reader": reader, "columns": map_, "span": span_of(span)}
     once_only = {"hide": hide or [], "back": back, "on_stand": on_stand}
     found = _found(log, vehicle, repeats or [], how, once_only)
     if plot is not None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping, Sequence
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -29,6 +30,14 @@ Hide = Annotated[
         help="Leave a logged column out; repeatable.",
         metavar="COLUMN",
         autocompletion=column_names,
+    ),
+]
+Span = Annotated[
+    str | None,
+    typer.Option(
+        help="Only these seconds of a log's own clock, as 20:80, 20: or :80; of each "
+        "log but those held out.",
+        metavar="FROM:TO",
     ),
 ]
 Repeats = Annotated[
@@ -109,6 +118,29 @@ def keep(read: Iterable[str | None], written: Mapping[str, Path | None]) -> None
                 f"{option}: {path}: the folder {path.parent} cannot be written to",
                 "name another",
             )
+
+
+def span_of(text: str | None) -> tuple[float, float]:
+    """Return from when to when a log counts. [s]
+
+    Raises
+    ------
+    InputError
+        If the text is not FROM:TO, or ends before it begins.
+    """
+    ends = (text or ":").split(":")
+    try:
+        start, end = (
+            float(x) if x.strip() else default
+            for x, default in zip(ends, (-inf, inf), strict=True)
+        )
+    except ValueError:
+        raise InputError(
+            f"--span {text}: should be FROM:TO, in seconds", "as 20:80, 20: or :80"
+        ) from None
+    if not start < end:
+        raise InputError(f"--span {text}: ends before it begins", "FROM is the less")
+    return start, end
 
 
 def once(names: Sequence[str]) -> None:

@@ -52,6 +52,32 @@ def test_the_way_back_meets_the_slope_from_the_other_side(tmp_path):
     assert abs(home["gap_percent"]) < 1e-3
 
 
+def test_a_span_of_a_log_is_the_log_cut_there(drive, tmp_path):
+    rows = drive.read_text().splitlines()
+    cut = [r for r in rows[1:] if 10.0 <= float(r.split(",")[0]) <= 30.0]
+    (tmp_path / "cut.csv").write_text("\n".join([rows[0], *cut]) + "\n")
+    asked = ("--vehicle", "rcc", "--json")
+    whole = json.loads(rccsim("gap", drive, *asked, "--span", "10:30").stdout)
+    alone = json.loads(rccsim("gap", tmp_path / "cut.csv", *asked).stdout)
+    assert whole["energy"] == alone["energy"]
+    assert whole["channels"] == alone["channels"]
+
+
+@pytest.mark.parametrize(
+    ("span", "told"),
+    [
+        ("5", "FROM:TO"),
+        ("a:b", "FROM:TO"),
+        ("9:5", "ends before it begins"),
+        ("900:", "its clock runs from 0 to 40"),
+    ],
+)
+def test_a_span_that_is_none_is_told(drive, span, told):
+    done = rccsim("gap", drive, "--vehicle", "rcc", "--span", span)
+    assert done.returncode == 2 and done.stdout == ""
+    assert told in done.stderr
+
+
 def test_json_holds_where_the_gap_sits(drive):
     done = rccsim("gap", drive, "--vehicle", "rcc", "--json")
     assert done.returncode == 0, done.stderr
