@@ -135,7 +135,7 @@ def open_log(
     slow = [f.channel for f in checked.findings if f.kind == "slow_channel"]
     log, held = between_updates(log, slow)
     log, renewed = refreshed(log)
-    _refuse(log, checked.unusable)
+    _refuse(log, checked.findings)
     told = [f for f in checked.findings if not turned or f.kind != turned[0].kind]
     own = (*notes, *turned, *held, *renewed)
     findings = (*file_findings(reading), *own, *told)
@@ -239,13 +239,16 @@ def _refuse_time(findings: Sequence[Finding], name: str) -> None:
             raise InputError(f"{name}: time_s: {finding.what}{at}", finding.action)
 
 
-def _refuse(log: Trace, unusable: Sequence[str]) -> None:
+def _refuse(log: Trace, findings: Sequence[Finding]) -> None:
     usable = [n for n in COMPARED if n in log and np.isfinite(log[n]).any()]
     if not usable:
-        wrong = f"; wrong to use: {', '.join(unusable)}" if unusable else ""
+        wrong = [f for f in findings if f.severity == "error" and f.channel in COMPARED]
+        why = "".join(f"; {f.channel} {f.what}" for f in wrong)
         raise InputError(
-            f"{log.name}: nothing that a model predicts is left{wrong}",
-            f"one of {', '.join(COMPARED)}; `rccsim check` says what is wrong",
+            f"{log.name}: nothing that a model predicts is left{why}",
+            wrong[0].mend
+            if wrong
+            else f"one of {', '.join(COMPARED)}; `rccsim check` says what is wrong",
         )
     if len(log) < FEWEST:
         raise InputError(f"{log.name}: {counted(len(log))}: too few to compare")

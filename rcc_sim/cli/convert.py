@@ -103,20 +103,28 @@ def convert(
 
 
 def _suggest(log: str, vehicle: str | None, output: Path | None) -> None:
-    from rcc_sim.analyse.logcheck.draft import checked_draft
+    from rcc_sim.analyse.logcheck.draft import checked_draft, shipped_for
     from rcc_sim.definitions.vehicle import load_vehicle
     from rcc_sim.source import open_source
 
     car = None if vehicle is None else load_vehicle(vehicle)
-    draft, unread = checked_draft(open_source(log), car)
-    if unread:
-        say(f"note: units and signs by the header alone: {unread}")
+    source = open_source(log)
+    shipped = shipped_for(source)
+    if shipped:
+        text = Path(shipped.where).read_text(encoding="utf-8")
+        say(f"note: {log} is read by the shipped map {shipped.name} without a --map")
+    else:
+        draft, unread = checked_draft(source, car)
+        text = draft.toml()
+        if unread:
+            say(f"note: units and signs by the header alone: {unread}")
     if output is None:
-        sys.stdout.write(draft.toml())
+        sys.stdout.write(text)
         return
     with atomic(output) as file:
-        file.write(draft.toml())
-    say(f"wrote {output}: a draft; look through it before it is used")
+        file.write(text)
+    what = f"a copy of {shipped.name}" if shipped else "a draft"
+    say(f"wrote {output}: {what}; look through it before it is used")
 
 
 def _read(

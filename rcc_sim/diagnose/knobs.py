@@ -171,10 +171,10 @@ def bounds_of(problem: Problem, key: str) -> tuple[float, float]:
 
     A loss may be nil; a mass may not.
     """
-    value = problem.vehicle.figures()[key].value
     table, effect, *rest = key.split(".")
     if table == "effects":
         return problem.vehicle.known[effect].param(rest[0]).bounds
+    value = problem.vehicle.figures()[key].value
     return (LEAST * value if value > 0 else -inf), inf
 
 

@@ -12,6 +12,7 @@ from collections.abc import Iterable, Mapping
 from copy import copy
 from dataclasses import replace
 from functools import cached_property
+from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +21,7 @@ from scipy.sparse import csc_array
 from rcc_sim.diagnose.cause import ENOUGH
 from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.fit import Fit
-from rcc_sim.diagnose.knobs import Knob
+from rcc_sim.diagnose.knobs import Knob, bounds_of
 from rcc_sim.diagnose.noise import (
     Whitener,
     fit_whitener,
@@ -65,7 +66,8 @@ class Probe:
         self._without: dict[int, float] = {}
         base = fit.values.get(key, engine.problems[0].stated(key))
         start = engine.residuals(fit.values, coarse=True)
-        size, moved = engine.aside(fit.values | {key: base}, Knob(key, base), size)
+        knob = Knob(key, base, inf, *bounds_of(engine.problems[0], key))
+        size, moved = engine.aside(fit.values | {key: base}, knob, size)
         pairs = zip(moved, start, strict=True)
         per = 1 / size if size else 0.0  # at a bound on both sides
         self.signal = [np.nan_to_num(per * (a - b)) for a, b in pairs]

@@ -43,9 +43,9 @@ from rcc_sim.diagnose.verdict import (
     DOUBTLESS,
     EVEN,
     asserted_of,
-    battery_of_another,
     ends_early,
     estimates,
+    of_another,
     probability,
     proves_nothing,
     status_of,
@@ -141,7 +141,7 @@ def diagnose(
     fit = no_surer(acting, stands.fit, {k for c in causes for k in c.keys})
     pulls = map(abs, moved(fit, stated).values())
     farthest = max([moved_together(fit, stated), *pulls])
-    if any(battery_of_another(g.findings) for g in gaps):
+    if any(of_another(g.findings) for g in gaps):
         farthest = inf
     # what was found beside a stronger cause that ends is no surer than that
     early = [*accumulate((ends_early(c, fit, vehicle.known) for c in causes), or_)]

@@ -171,9 +171,14 @@ def worsens(before: float | None, after: float | None, allowed: float) -> bool:
     return grew(before, after) and abs(after) > allowed
 
 
-def battery_of_another(findings: Iterable[Finding]) -> str:
-    """Return what a check found of another vehicle's voltage; else nothing."""
-    return next((f.what for f in findings if f.kind == "other_battery"), "")
+def of_another(findings: Iterable[Finding]) -> str:
+    """Return what a check found of another vehicle; else nothing."""
+    for f in findings:
+        if f.kind == "other_battery":
+            return f.what
+        if f.kind == "other_vehicle":
+            return f"{f.channel} {f.what}"
+    return ""
 
 
 def ends_early(cause: Cause, fit: Fit, known: Mapping[str, Effect]) -> bool:

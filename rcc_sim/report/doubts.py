@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from rcc_sim.analyse.gap_energy import COVERAGE
 from rcc_sim.diagnose.diagnosis import Diagnosis
-from rcc_sim.diagnose.verdict import Asserted, battery_of_another
+from rcc_sim.diagnose.verdict import Asserted, of_another
 from rcc_sim.report.text import figures, rounded, short
 from rcc_sim.report.verdict import OTHER, doubt_of, hangs_together, too_many
 
@@ -50,10 +50,10 @@ def doubts(found: Diagnosis) -> Iterator[tuple[str, str]]:
             )
     for a in filter(is_a_drag_as_well, found.asserted):
         yield "DOUBT", AS_A_DRAG[a.cause.effect]
-    voltage = battery_of_another(found.gap.findings)
+    other = of_another(found.gap.findings)
     many = too_many(len(found.asserted))
-    if voltage:
-        yield "DOUBT", f"{voltage}: {OTHER}"
+    if other:
+        yield "DOUBT", f"{other}: {OTHER}"
     if many:
         yield "DOUBT", many
     yield from misread_sensors(found)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from rcc_sim.analyse.logcheck import Checked, check_log, check_reading
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.verdict import battery_of_another
+from rcc_sim.diagnose.verdict import of_another
 from rcc_sim.errors import InputError
 from rcc_sim.readers.car import ratios
 from rcc_sim.readers.log import Log
@@ -368,7 +368,30 @@ def test_a_voltage_of_another_battery_asks_whose_log_it_is():
     checked = check_log(Trace(columns, name="log"), car)
     (finding,) = found(checked, "other_battery", "battery_voltage_v")
     assert "was it this vehicle" in finding.action
-    assert battery_of_another(checked.findings) == finding.what
+    assert of_another(checked.findings) == finding.what
+
+
+def test_a_log_of_another_vehicle_is_no_wrong_unit():
+    """Of a scaled car's log beside a pick-up's file, and the other way round."""
+    for drive, other in ((CAR, TRUCK), (TRUCK, CAR)):
+        checked = check_log(logged(*drive, noise=1.0), load_vehicle(other[0]))
+        (finding,) = found(checked, "other_vehicle", "log")
+        assert "was it this vehicle" in finding.action
+        assert finding.what in of_another(checked.findings)
+        assert not found(checked, "unit", "battery_voltage_v")
+        assert not found(checked, "unit", "battery_current_a")
+        assert not found(checked, "unit", "speed_mps")
+        assert not checked.unusable
+
+
+def test_one_channel_in_no_known_unit_is_no_other_vehicle():
+    """A voltage in tenths: the power that it makes is off by as much."""
+    log, car = logged(*CAR, noise=1.0), load_vehicle(CAR[0])
+    columns = dict(log.columns) | {"battery_voltage_v": 10 * log["battery_voltage_v"]}
+    columns.pop("battery_power_w", None)
+    checked = check_log(Trace(columns, name="log"), car)
+    assert not found(checked, "other_vehicle", "log")
+    assert found(checked, "other_battery", "battery_voltage_v")
 
 
 @pytest.mark.parametrize("by_power", [True, False], ids=["power", "volts_amperes"])

@@ -141,6 +141,20 @@ def test_a_sensor_at_the_end_of_its_range_is_found(drive, channel):
 
 
 @each_drive
+@pytest.mark.parametrize("channel", ["yaw_rate_radps", "accel_x_mps2", "accel_y_mps2"])
+def test_a_wall_that_noise_leaves_at_once_is_found(drive, channel):
+    """Rows one by one: of readings that never repeat, eight alike are no chance."""
+    log = logged(*drive)
+    rng = np.random.default_rng(3)
+    shaken = log[channel] + np.std(log[channel]) * rng.standard_normal(len(log))
+    wall = float(np.quantile(shaken, 0.995))
+    for reads in (lambda x: shaken, lambda x: np.minimum(shaken, wall)):
+        checked = check_log(with_fault(log, channel, reads))
+        walls = found(checked, "saturated", channel)
+        assert len(walls) == (reads(0).max() == wall)
+
+
+@each_drive
 @pytest.mark.parametrize("seconds", [-3.0, -1.2, 1.2, 3.0])
 @pytest.mark.parametrize(
     "channel", ["accel_x_mps2", "accel_y_mps2", "yaw_rate_radps", "motor_speed_radps"]

@@ -15,6 +15,7 @@ from rcc_sim.diagnose.pooled import screen
 from rcc_sim.diagnose.posed import problem_of
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.diagnose.starts import released
+from rcc_sim.report.doubts import doubts
 from rcc_sim.simulate.run import simulate
 
 KEY = "effects.rolling_resistance.coefficient"
@@ -77,3 +78,15 @@ def test_several_logs_weigh_it_beside_its_tolerance(car, tmp_path):
     )
     assert one.nats_common > 8.0
     assert one.value == pytest.approx(TRUE, abs=0.001)
+
+
+def test_the_log_of_another_car_explains_nothing(tmp_path):
+    """A small car's drive beside a large car's file: no effect is to blame."""
+    other = load_vehicle("tesla_model_3")
+    log = driven(load_vehicle("twizy"), tmp_path, "udds[0:400]")
+    one = open_log(tmp_path / "log.csv", other)
+    assert len(one.log) == len(log.log)
+    found = diagnose([one], other)
+    assert found.document()["status"] != "explained"
+    told = " ".join(what for _, what in doubts(found))
+    assert "was it this vehicle that drove?" in told

@@ -126,3 +126,13 @@ def test_a_log_that_shows_nothing_of_a_load_has_no_evidence_of_one(tmp_path):
     profile = probe.profile(0, "time_s", time, 20)
     assert profile.evidence == 0.0
     assert probe.with_noise(profile, 0, time) == 0.0
+
+
+def test_a_probe_stays_within_what_a_figure_may_be(tmp_path):
+    """What is small for the vehicle of the log is too much for that of the file."""
+    log = driven(tmp_path / "log.csv", "udds[0:340]", 0.0, 3)
+    engine = Engine([problem_of(log.log, CAR)])
+    fit = descent.of_tolerances(engine)
+    wide, usual = Probe(engine, fit, LOAD, 1e9), Probe(engine, fit, LOAD)
+    for a, b in zip(wide.signal, usual.signal, strict=True):
+        np.testing.assert_allclose(a, b, rtol=0.05, atol=0.05 * np.abs(b).max())

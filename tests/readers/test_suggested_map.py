@@ -6,9 +6,11 @@ import sys
 import numpy as np
 import pytest
 
+from rcc_sim.analyse.logcheck.draft import checked_draft
+from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.errors import InputError
 from rcc_sim.readers import read_log
-from rcc_sim.readers.column_map import shipped_maps
+from rcc_sim.readers.column_map import load_map, map_of, shipped_maps
 from rcc_sim.readers.suggest import drafted, meaning_of, unit_in
 from rcc_sim.source import open_source
 
@@ -90,3 +92,40 @@ def test_the_shipped_map_of_a_real_logger_is_drafted_from_its_header(tmp_path):
     for column in ("time_s", "speed_mps", "motor_torque_nm", "battery_current_a"):
         (term,) = i3.columns[column]
         assert f'{column} = {{ from = "{term.sources[0]}"' in draft
+
+
+def steered_rows(most):
+    """A header of no known logger, and a steering that swings so far."""
+    t = 0.1 * np.arange(100)
+    steer = np.clip(1.5 * most * np.sin(t), -most, most)
+    rows = (f"{x:.1f},1.5,{s:.6f}" for x, s in zip(t, steer, strict=True))
+    return "\n".join(["time,speed,steering", *rows])
+
+
+@pytest.mark.parametrize(
+    ("most", "name", "column"),
+    [
+        (1.0, None, "steering"),
+        (0.8, "dart_jetracer", "steering"),
+        (0.8, None, "steer_cmd_rad"),
+        (0.8, "rcc", "steer_cmd_rad"),
+    ],
+)
+def test_a_steering_command_is_not_taken_for_an_angle(tmp_path, most, name, column):
+    log = tmp_path / "run.csv"
+    log.write_text(steered_rows(most))
+    car = load_vehicle(name) if name else None
+    draft, unread = checked_draft(open_source(log), car)
+    assert unread is None
+    assert [e.column for e in draft.entries if e.name == "steering"] == [column]
+
+
+def test_a_file_that_a_shipped_map_reads_gets_that_map(tmp_path):
+    dart = load_map("dart")
+    log = tmp_path / "run.csv"
+    row = ",".join("1" for _ in dart.header)
+    log.write_text("\n".join([",".join(dart.header), row, row]))
+    command = [sys.executable, "-m", "rcc_sim", "convert", log, "--suggest-map"]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert map_of(done.stdout, log).columns == dart.columns
+    assert "shipped map dart" in done.stderr

@@ -41,6 +41,10 @@ BY_DIGITS = 0.9
 coarse and not slow: one that came seldom, while the vehicle went on, leaps by several.
 """
 
+PILED = 4.0
+"""Times as many rows at a sensor's wall as at any level near it, where noise takes it
+off the wall at once: a tail thins out, it does not pile up."""
+
 POSE = ("x_m", "y_m", "yaw_rad", "elevation_m")
 
 
@@ -271,7 +275,9 @@ def clipped(time: Array, name: str, values: Array) -> list[Finding]:
         count, around = int(at.sum()), int(near.sum())
         starts, ends = runs(at)
         long = int((ends - starts).max())
-        if wall != 0 and count >= 8 * k and long >= 4 * k and count > 0.5 * around:
+        stays = long >= 4 * k and count > 0.5 * around
+        piled = count > PILED * _most_alike(values[near])
+        if wall != 0 and count >= 8 * k and (stays or piled):
             limit = "current" in name
             found.append(
                 Finding(
@@ -287,6 +293,11 @@ def clipped(time: Array, name: str, values: Array) -> list[Finding]:
                 )
             )
     return found
+
+
+def _most_alike(values: Array) -> int:
+    """Return how many rows hold the commonest value, at least one."""
+    return int(np.unique(values, return_counts=True)[1].max(initial=1))
 
 
 USED_LIMIT = "used as it is; a controller's limit explains it"

@@ -249,7 +249,8 @@ def _together(
     wrong = [f.channel for f in findings if f.severity == "error"]
     told = {name for r in known if r.loose < SURE for name in r.powers}
     findings += by_size(live, [*wrong, *told])
-    findings += beyond_reach(live, vehicle, [f.channel for f in findings])
+    if not any(f.kind == "other_vehicle" for f in findings):
+        findings += beyond_reach(live, vehicle, [f.channel for f in findings])
     findings += net_sign(seconds, live, wrong)
     findings += unsigned(windows, wrong)
     findings += geared(known, vehicle, wrong)

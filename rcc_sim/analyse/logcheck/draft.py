@@ -6,17 +6,27 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from rcc_sim.analyse.logcheck.finding import Finding
 from rcc_sim.analyse.logcheck.reading import check_reading
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
 from rcc_sim.readers import plain_csv
-from rcc_sim.readers.column_map import map_of
-from rcc_sim.readers.suggest import Draft, drafted
+from rcc_sim.readers.column_map import ColumnMap, map_of, matching, shipped_maps
+from rcc_sim.readers.csv_table import text_table
+from rcc_sim.readers.log import Log
+from rcc_sim.readers.suggest import SHORT, Draft, drafted
 from rcc_sim.source import Source
+from rcc_sim.trace import Trace
+
+STEER = "steer_cmd_rad"
 
 MENDED = ("unit", "sign", "time_unit")
 """Findings that a factor of their own channel mends."""
+
+OFTEN = 3
+"""Rows at full lock, plus or minus 1, by which a steering is a controller's command."""
 
 
 def checked_draft(
@@ -44,19 +54,49 @@ def checked_draft(
     """
     draft = drafted(source)
     try:
-        found = _findings(draft, source, vehicle)
+        draft = _by_command(draft, _read(draft, source).trace, vehicle)
+        findings = check_reading(_read(draft, source), vehicle).findings
     except InputError as error:
         return draft, str(error)
-    return _mended(draft, found), None
+    known = [f for f in findings if f.kind in MENDED and f.factor is not None]
+    return _mended(draft, {f.channel: f for f in known}), None
 
 
-def _findings(
-    draft: Draft, source: Source, vehicle: Vehicle | None
-) -> dict[str, Finding]:
-    """Return what is wrong with the file as drafted, by column."""
-    log = plain_csv.read(source, map_of(draft.toml(), Path("draft.toml")))
-    findings = check_reading(log, vehicle).findings
-    return {f.channel: f for f in findings if f.kind in MENDED and f.factor is not None}
+def shipped_for(source: Source) -> ColumnMap | None:
+    """Return the shipped map by which a CSV file is read as it is, if there is one."""
+    table = text_table(source)
+    maps = [m for m in shipped_maps() if m.format == "csv"]
+    return matching(maps, table.names) if table else None
+
+
+def _read(draft: Draft, source: Source) -> Log:
+    """Return the file as drafted."""
+    return plain_csv.read(source, map_of(draft.toml(), Path("draft.toml")))
+
+
+def _by_command(draft: Draft, trace: Trace, vehicle: Vehicle | None) -> Draft:
+    """Return the draft with a steering that is a controller's command as no angle.
+
+    It ends at plus or minus 1; or it stays within, and the vehicle is steered by such.
+    """
+    entry = next((e for e in draft.entries if e.column == STEER), None)
+    if entry is None or entry.unit or STEER not in trace:
+        return draft
+    size = np.abs(trace[STEER][np.isfinite(trace[STEER])])
+    most = size.max(initial=0.0)
+    ends = most == 1.0 and (size == 1.0).sum() >= OFTEN
+    control = vehicle.controller if vehicle else None
+    by_command = control is not None and control.steering_command is not None
+    is_angle = entry.name in (STEER, *SHORT) or "angle" in entry.name.lower()
+    if is_angle or not (ends or (by_command and most <= 1.0)):
+        return draft
+    why = (
+        "a command, -1 to 1: controller.steering_command and steering_angle_rad of the "
+        "vehicle file say which angle it is"
+    )
+    mine = entry._replace(column="steering", because=why)
+    entries = tuple(mine if e is entry else e for e in draft.entries)
+    return replace(draft, entries=entries)
 
 
 def _mended(draft: Draft, found: Mapping[str, Finding]) -> Draft:

@@ -21,7 +21,8 @@ class Relation(NamedTuple):
 
     ``low`` and ``high`` bound the factor: noise on one side or the other draws a slope
     towards zero, so the truth lies between the slope and the inverse of the inverse
-    slope. A relation that tells a sign alone has ``loose`` infinite.
+    slope. A relation that tells a sign alone has ``loose`` infinite; one ``by_vehicle``
+    rests on the figures of a vehicle's file.
     """
 
     what: str
@@ -30,6 +31,7 @@ class Relation(NamedTuple):
     high: float
     correlation: float
     loose: float  # factor either way that is no mistake
+    by_vehicle: bool = False
 
     @property
     def middle(self) -> float:
@@ -114,6 +116,7 @@ def slope(
     loose: float,
     least: float,
     through_zero: bool = False,
+    by_vehicle: bool = False,
 ) -> Relation | None:
     """Return the factor of one channel on what it should be; None if it cannot tell.
 
@@ -136,4 +139,4 @@ def slope(
     correlation = xy / np.sqrt(xx * yy)
     if abs(correlation) < least:
         return None
-    return Relation(what, powers, xy / xx, yy / xy, correlation, loose)
+    return Relation(what, powers, xy / xx, yy / xy, correlation, loose, by_vehicle)

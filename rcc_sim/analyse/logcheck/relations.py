@@ -114,6 +114,7 @@ def _turning(m: Means, vehicle: Vehicle | None) -> list[Relation | None]:
                 c["speed_mps"] * c["steer_cmd_rad"] / l,
                 loose=6.0 if vehicle is not None else 20.0,
                 least=0.6,
+                by_vehicle=vehicle is not None,
             )
         )
     if "yaw_rad" in c:
@@ -166,6 +167,7 @@ def _drive(m: Means, vehicle: Vehicle | None) -> list[Relation | None]:
                 loose=1.7 if vehicle is not None else np.inf,
                 least=0.9,
                 through_zero=True,
+                by_vehicle=vehicle is not None,
             )
         )
     out += [
@@ -197,5 +199,6 @@ def _torque(c: Columns, rate: Array, vehicle: Vehicle | None) -> list[Relation |
             rate * mass * radius / vehicle.drivetrain.gear_ratio.value,
             loose=WORK,
             least=0.5,
+            by_vehicle=True,
         )
     ]

@@ -100,6 +100,7 @@ def _stated(
                     ratio,
                     1.0,
                     2.5,
+                    by_vehicle=True,
                 )
             )
     kinetic = LOSSES * vehicle.body.mass_kg.value * inertial
@@ -113,6 +114,7 @@ def _stated(
                 kinetic,
                 loose=WORK,
                 least=0.5,
+                by_vehicle=True,
             )
         )
     return out

@@ -32,6 +32,10 @@ BROKEN, PRICE, RARE = 5.0, 3.0, 0.5
 the more usual it is. A relation that holds costs 1 where it is as far off as it may be:
 one mistake has to mend one, two have to mend two."""
 
+CLASHES = 2
+"""Things that a vehicle's file alone contradicts, from which it is another vehicle's:
+one may be a sensor that no unit explains."""
+
 MOST, KEPT = 6, 40
 """Mistakes of one log at most, and sets of them that are followed."""
 
@@ -60,13 +64,63 @@ def blame(
     told = {channel for r in found for channel in r.powers}
     known = [m for m in mistakes(columns, vehicle) if not told.isdisjoint(m.factors)]
     best = _likeliest(found, known)
+    against = _against_the_file(found, best)
+    if len(against) >= CLASHES:
+        alone = [m for m in best if not _is_of_the_log(m, best, found)]
+        best = tuple(m for m in best if m not in alone)
     least, factors = _cost(found, best), _factors(best)
     findings = []
     for mistake in best:
         others = tuple(m for m in best if m is not mistake)
         findings += _told(mistake, others, found, known, least)
     broken = [r for r in found if not r.allows(_expected(r, factors))]
+    if len(against) >= CLASHES:
+        findings.append(_other_vehicle(against))
+        broken = [r for r in broken if r not in against]
     return findings + [_odd(r) for r in broken[:3]]
+
+
+def _against_the_file(
+    found: Sequence[Relation], best: Sequence[Mistake]
+) -> list[Relation]:
+    """Return what the vehicle's file alone contradicts, if no mistake of the log can.
+
+    One mistake of a channel explains all that is off by it, and one channel may be in
+    a unit that nobody knows. Where something is left over, those that nothing but the
+    file speaks for are no mistakes of the log.
+    """
+    factors = _factors(best)
+    off = [r for r in found if r.by_vehicle and not r.allows(1.0)]
+    left = [r for r in off if not r.allows(_expected(r, factors))]
+    if not left:
+        return []
+    kept = _factors([m for m in best if _is_of_the_log(m, best, found)])
+    against = [r for r in off if not r.allows(_expected(r, kept))]
+    return [] if _is_one_channel(against) else against
+
+
+def _is_one_channel(off: Sequence[Relation]) -> bool:
+    """Tell whether one channel, by whatever factor, would explain all that is off."""
+    shared = set(off[0].powers).intersection(*(r.powers for r in off)) if off else ()
+    return any(
+        all(s.allows(_expected(s, {channel: factor})) for s in off)
+        for channel in shared
+        for factor in (abs(r.middle) ** (1 / r.powers[channel]) for r in off)
+    )
+
+
+def _is_of_the_log(
+    mistake: Mistake, best: Sequence[Mistake], found: Sequence[Relation]
+) -> bool:
+    """Tell whether a mistake mends anything that no vehicle's file has a say in."""
+    others = _factors([m for m in best if m is not mistake])
+    whole = others | mistake.factors
+    return any(
+        not r.by_vehicle
+        and not r.allows(_expected(r, others))
+        and r.allows(_expected(r, whole))
+        for r in found
+    )
 
 
 def _likeliest(
@@ -228,6 +282,19 @@ def _odd(relation: Relation) -> Finding:
     )
 
 
+def _other_vehicle(against: Sequence[Relation]) -> Finding:
+    """Return the finding of a log that contradicts its vehicle's file in many ways."""
+    seen = "; ".join(f"{r.what}: {_factor(r)}" for r in against[:3])
+    return Finding(
+        "other_vehicle",
+        "log",
+        f"and vehicle file contradict each other in {len(against)} ways ({seen})",
+        sure=0.9,
+        action="used as it is; was it this vehicle that drove?",
+        severity="warning",
+    )
+
+
 def geared(
     found: Sequence[Relation], vehicle: Vehicle | None, suspects: Sequence[str]
 ) -> list[Finding]:
@@ -317,7 +384,7 @@ def beyond_reach(
             name,
             what if name == "speed_mps" else f"is in {units}, as speed_mps is",
             sure=0.8,
-            action=f"{DROPPED}; {by_map(1 / factor)}",
+            action=f"{DROPPED}; {by_map(1 / factor)}, unless another vehicle drove",
             severity="error",
             factor=1 / factor,
         )
