@@ -10,6 +10,7 @@ from pydantic import BaseModel, ValidationError
 
 from rcc_sim.definitions import library, vehicle
 from rcc_sim.definitions.checks import checked_effects, faults_of, unknown_key
+from rcc_sim.definitions.kernel import force_table, kernel_params
 from rcc_sim.definitions.own_effects import own_effects
 from rcc_sim.definitions.tables import Sensor
 from rcc_sim.definitions.vehicle import ALWAYS, TABLES
@@ -42,9 +43,7 @@ def vehicle_faults(name: str | Path) -> list[InputError]:
     except InputError as fault:
         return [fault]
     faults = [*_table_faults(raw, str(path)), *_effect_faults(raw, path)]
-    if not faults:  # what is wrong only together
-        faults += _raised(vehicle.build, raw, path=path)
-    return faults
+    return faults or _faults_together(raw, path)
 
 
 def report(names: Sequence[str]) -> list[dict[str, Any]]:
@@ -118,6 +117,18 @@ def _effect_faults(raw: dict[str, Any], path: Path) -> Iterator[InputError]:
             if key in params and not library.named_by(path, params[key]).is_file():
                 at = f"{path}: effects.{name}.{key}"
                 yield InputError(f"{at}: no such file: {params[key]}")
+
+
+def _faults_together(raw: dict[str, Any], path: Path) -> list[InputError]:
+    """Return what is wrong only together, and what a run would miss."""
+    faults = _raised(vehicle.build, raw, path=path)
+    if faults:
+        return faults
+    car = vehicle.build(raw, path=path)
+    return [
+        *_raised(kernel_params, car, commanded=False),
+        *_raised(force_table, car),
+    ]
 
 
 def _raised(check: Any, *args: Any, **options: Any) -> list[InputError]:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from math import prod
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -71,16 +73,25 @@ def ratios(vehicle: Car) -> Ratios:
     InputError
         If the file does not state gear, wheel or poles.
     """
-    why = "turns road speed into ERPM"
+    return Ratios(radps_per_mps(vehicle), erpm_per_radps(vehicle))
+
+
+def radps_per_mps(vehicle: Car) -> float:
+    """Return motor speed over road speed, N_d / r_w; raise where not stated. [rad/m]"""
+    why = "turns road speed into the motor's"
     gear = vehicle.figure("drivetrain.gear_ratio", why).value
-    radius = vehicle.figure("tyres.radius_m", why).value
+    return gear / vehicle.figure("tyres.radius_m", why).value
+
+
+def erpm_per_radps(vehicle: Car) -> float:
+    """Return electrical turns a minute over motor speed; raise without poles."""
     poles = vehicle.motor.poles
     if poles is None:
         raise InputError(
-            f"{vehicle.where}: motor.poles: missing ({why})",
+            f"{vehicle.where}: motor.poles: missing (turns motor speed into ERPM)",
             "number of poles, not of pole pairs: an even number",
         )
-    return Ratios(gear / radius, poles / 2 * 60 / (2 * np.pi))
+    return poles / 2 * 60 / (2 * np.pi)
 
 
 def with_vehicle(log: Log, vehicle: Car) -> Log:
@@ -100,7 +111,8 @@ def with_vehicle(log: Log, vehicle: Car) -> Log:
     -------
     log : Log
         With ``motor_speed_radps``, ``speed_mps`` and ``speed_ref_mps`` where the log
-        lacks them and has what they follow from.
+        lacks them and has what they follow from; a motor's speed beside a road's only
+        where the file states the poles.
 
     Raises
     ------
@@ -109,17 +121,18 @@ def with_vehicle(log: Log, vehicle: Car) -> Log:
     """
     columns = dict(log.trace.columns)
     mapped = list(log.mapped)
-    steps = (
-        ("motor_speed_radps", "motor_speed_erpm", "erpm_per_radps"),
-        ("speed_mps", "motor_speed_radps", "radps_per_mps"),
-        ("speed_ref_mps", "motor_speed_ref_erpm", "both"),
+    beside = "speed_mps" in columns and vehicle.motor.poles is None
+    steps: tuple[tuple[str, str, Callable[[Car], float]], ...] = (
+        ("motor_speed_radps", "motor_speed_erpm", erpm_per_radps),
+        ("speed_mps", "motor_speed_radps", radps_per_mps),
+        ("speed_ref_mps", "motor_speed_ref_erpm", lambda car: prod(ratios(car))),
     )
     for ours, source, by in steps:
         if ours in columns or source not in columns:
             continue
-        found = ratios(vehicle)
-        whole = found.radps_per_mps * found.erpm_per_radps
-        factor = 1 / (whole if by == "both" else getattr(found, by))
+        if ours == "motor_speed_radps" and beside:
+            continue
+        factor = 1 / by(vehicle)
         columns[ours] = columns[source] * factor
         mapped.append(Mapped(ours, source, factor))
     trace = Trace(columns, name=log.trace.name)

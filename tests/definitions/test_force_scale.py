@@ -1,8 +1,12 @@
 """The force map times a factor: a battery that no log holds."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from rcc_sim.definitions.faults import vehicle_faults
 from rcc_sim.definitions.kernel import force_table
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.knobs import tolerance_knobs
@@ -37,3 +41,20 @@ def test_its_doubt_is_one_of_the_tolerances():
     known = Trace({**columns, "speed_mps": speed}, name="push")
     knobs = {k.key: k for k in tolerance_knobs([problem_of(known, car)])}
     assert knobs["controller.force_scale"].sd == pytest.approx(0.05)
+
+
+@pytest.mark.parametrize(
+    ("force", "problem"),
+    [
+        ("", "force_n: missing"),
+        ("force_n = [[0.0, 0.0]]", "force_n: should have 2 rows of 2"),
+        ("force_n = [[0.0, 0.0], [25.0, 0.0]]", None),
+    ],
+)
+def test_a_throttle_without_its_force_is_not_sound(tmp_path, force, problem):
+    """Loading says nothing of it: a run would."""
+    text = Path(load_vehicle("dart_jetracer").path).read_text()
+    path = tmp_path / "car.toml"
+    path.write_text(re.sub(r"(?m)^force_n = .*$", force, text))
+    faults = [str(fault) for fault in vehicle_faults(path)]
+    assert [problem in fault for fault in faults] == [True] * bool(problem)

@@ -178,6 +178,20 @@ def test_a_vehicle_turns_erpm_into_speed_and_replaces_nothing(tmp_path):
     assert with_vehicle(read_log(path), Car()).trace["speed_mps"][1] == 9
 
 
+def test_poles_are_asked_for_only_where_they_matter(tmp_path):
+    """A road speed follows from the motor's by gear and tyre alone."""
+    path, car = tmp_path / "log.csv", Car(poles=None)
+    path.write_text("time_s,motor_speed_radps\n0,0\n1,100\n")
+    speed = with_vehicle(read_log(path), car).trace["speed_mps"]
+    np.testing.assert_allclose(speed, [0, 100 * 0.05 / 10])
+    path.write_text("time_s,motor_speed_erpm,speed_mps\n0,0,0\n1,12000,9\n")
+    columns = with_vehicle(read_log(path), car).trace.columns
+    assert "motor_speed_radps" not in columns and columns["speed_mps"][1] == 9
+    path.write_text("time_s,motor_speed_erpm\n0,0\n1,12000\n")
+    with pytest.raises(InputError, match=r"motor\.poles"):
+        with_vehicle(read_log(path), car)
+
+
 def test_convert_without_a_log_lists_readers_and_maps():
     rows = json.loads(run("convert", "--json").stdout)
     names = {row["name"] for row in rows}
