@@ -119,23 +119,25 @@ def tolerances(
 ) -> Tolerances:
     """Push each figure's sd through one replay; linear, one figure at a time.
 
+    They are differences alone, for which longer time steps are enough.
+
     Parameters
     ----------
     base : dict of ndarray
-        The prediction that is moved, over the whole drive.
+        The prediction that is moved.
     """
     figures = toleranced(vehicle)
     parts = list(_stretches(len(drive.time)))
     rows = np.concatenate([np.arange(p.start, p.stop) for p in parts])
     names = tuple(base)
     drives = [drive.part(part) if len(parts) > 1 else drive for part in parts]
-    start = [replay(vehicle, d) for d in drives] if len(parts) > 1 else [base]
+    start = [replay(vehicle, d, coarse=True) for d in drives]
 
     def one(item: tuple[str, tuple[float, float]]) -> list[Array]:
         key, (value, sd) = item
         step = sd if value + sd != 0 else -sd
         other = vehicle.changed(settings={key: value + step})
-        runs = [replay(other, d) for d in drives]
+        runs = [replay(other, d, coarse=True) for d in drives]
         return [
             np.concatenate([r[c] - s[c] for r, s in zip(runs, start, strict=True)])
             for c in names

@@ -227,6 +227,7 @@ def _found(
     reader: str | None,
     map_: str | None,
 ) -> Diagnosis:
+    import gc
     import os
 
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the logs keep the cores busy
@@ -235,6 +236,7 @@ def _found(
     from rcc_sim.definitions.vehicle import load_vehicle
     from rcc_sim.diagnose.run import diagnose
 
+    gc.freeze()  # what was imported stays: no need to look through it again and again
     car = load_vehicle(vehicle)
     for name in withhold:
         if name not in car.effects:

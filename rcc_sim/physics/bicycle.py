@@ -21,7 +21,7 @@ def turn_velocity(c, s, dt):
     """
     if s.r == 0.0:
         return
-    q = 0.5 * s.r * dt / c.spin
+    q = 0.5 * s.r * dt * c.per_spin
     share = 1.0 / (1.0 + q * q)
     cos = (1.0 - q * q) * share
     sin = 2.0 * q * share
@@ -31,29 +31,39 @@ def turn_velocity(c, s, dt):
     if w1 < 0.0:  # sliding sideways past 90°: the wheels do not roll back
         v_y = math.copysign(math.sqrt(v_y * v_y + w1 * w1), v_y)
         w1 = 0.0
-    s.v_x = w1 / c.spin
+    s.v_x = w1 * c.per_spin
     s.v_y = v_y
 
 
 @jit
-def axle_slip(u, w, v_slip):
-    """Slip angle [rad] of an axle that moves at u [m/s] across and w along its wheels.
+def per_rolled(w, v_slip):
+    """1 over the speed w [m/s] along an axle's wheels, smoothly kept above v_slip.
 
-    atan(u / w) with w smoothly kept above v_slip [m/s], so that a standing wheel
-    has no slip angle; the same as atan2(v_y + l_F r, v_x) - delta when rolling.
+    A standing wheel then has no slip angle. A division takes as long as ten products,
+    so that slip and slope share this one.
     """
-    return math.atan(u / math.sqrt(w * w + v_slip * v_slip))
+    return 1.0 / math.sqrt(w * w + v_slip * v_slip)
 
 
 @jit
-def slip_slope(u, w, v_slip, cos, sin):
+def axle_slip(u, per_w):
+    """Slip angle [rad] of an axle that moves at u [m/s] across and w along its wheels.
+
+    atan(u / w), the same as atan2(v_y + l_F r, v_x) - delta when rolling; per_w is
+    1 / w (:func:`per_rolled`).
+    """
+    return math.atan(u * per_w)
+
+
+@jit
+def slip_slope(u, w, per_w, cos, sin):
     """Slope [rad s/m] of an axle's slip angle in its speed across the body.
 
     The wheels stand at an angle of cosine cos and sine sin to the body, so that
     u and w both change with that speed.
     """
-    W = math.sqrt(w * w + v_slip * v_slip)
-    return (cos * W - sin * u * w / W) / (W * W + u * u)
+    tan = u * per_w
+    return (cos - sin * tan * w * per_w) * per_w / (1.0 + tan * tan)
 
 
 @jit
@@ -75,25 +85,30 @@ def corner(c, s, u, f, v, dt):
     u_F = cos * across - u.sin_delta * v
     w_F = cos * v + u.sin_delta * across
     u_R = s.v_y - c.l_R * s.r
-    rolled = math.sqrt(v * v + c.v_slip * c.v_slip) * dt
+    per_F = per_rolled(w_F, c.v_slip)
+    per_R = per_rolled(v, c.v_slip)
+    rolled = 0.0
+    if c.sigma > 0.0:
+        rolled = dt / per_R
     share = mean_taken_up(rolled, c.sigma)
-    alpha_F = felt_slip(s.alpha_F, axle_slip(u_F, w_F, c.v_slip), share)
-    alpha_R = felt_slip(s.alpha_R, axle_slip(u_R, v, c.v_slip), share)
+    alpha_F = felt_slip(s.alpha_F, axle_slip(u_F, per_F), share)
+    alpha_R = felt_slip(s.alpha_R, axle_slip(u_R, per_R), share)
     F_F = -2.0 * tyre_force(alpha_F, c.C_F, c.D_F)
     F_R = -2.0 * tyre_force(alpha_R, c.C_R, c.D_R)
-    turn_F = slip_slope(u_F, w_F, c.v_slip, cos, u.sin_delta)
-    turn_R = slip_slope(u_R, v, c.v_slip, 1.0, 0.0)
+    turn_F = slip_slope(u_F, w_F, per_F, cos, u.sin_delta)
+    turn_R = slip_slope(u_R, v, per_R, 1.0, 0.0)
     K_F = 2.0 * tyre_stiffness(alpha_F, c.C_F, c.D_F) * turn_F * share
     K_R = 2.0 * tyre_stiffness(alpha_R, c.C_R, c.D_R) * turn_R * share
     K = K_F * cos
-    a11 = 2.0 * c.m / dt + K + K_R
+    twice = 2.0 / dt
+    a11 = twice * c.m + K + K_R
     a12 = K * c.l_F - K_R * c.l_R
-    a22 = 2.0 * c.I_z / dt + K * c.l_F * c.l_F + K_R * c.l_R * c.l_R
+    a22 = twice * c.I_z + K * c.l_F * c.l_F + K_R * c.l_R * c.l_R
     b1 = F_F * cos + F_R
     b2 = c.l_F * F_F * cos - c.l_R * F_R
-    det = a11 * a22 - a12 * a12
-    dv_y = (b1 * a22 - b2 * a12) / det
-    dr = (b2 * a11 - b1 * a12) / det
+    per_det = 1.0 / (a11 * a22 - a12 * a12)
+    dv_y = (b1 * a22 - b2 * a12) * per_det
+    dr = (b2 * a11 - b1 * a12) * per_det
     f.F_F = F_F - K_F * (dv_y + c.l_F * dr)
     f.F_R = F_R - K_R * (dv_y - c.l_R * dr)
     f.v_y = s.v_y + dv_y
@@ -109,8 +124,10 @@ def relax(c, s, u, f, v, share):
     u_F = u.cos_delta * across - u.sin_delta * v
     w_F = u.cos_delta * v + u.sin_delta * across
     u_R = f.v_y - c.l_R * f.r
-    s.alpha_F = felt_slip(s.alpha_F, axle_slip(u_F, w_F, c.v_slip), share)
-    s.alpha_R = felt_slip(s.alpha_R, axle_slip(u_R, v, c.v_slip), share)
+    alpha_F = axle_slip(u_F, per_rolled(w_F, c.v_slip))
+    alpha_R = axle_slip(u_R, per_rolled(v, c.v_slip))
+    s.alpha_F = felt_slip(s.alpha_F, alpha_F, share)
+    s.alpha_R = felt_slip(s.alpha_R, alpha_R, share)
 
 
 @jit

@@ -52,7 +52,7 @@ def speed_loop(p, c, s, u, flow):
     if i_q > reach and reach < high:
         high = reach
         flow.limited += p.control.T_loop
-    low = max(-c.i_max, c.tau_min / c.K_t)
+    low = c.i_min
     beyond = i_q - high if error > 0.0 else low - i_q
     s.integral = integral - more * share_beyond(beyond, K_p * change)
     return c.K_t * min(max(i_q, low), high)

@@ -84,7 +84,7 @@ def run_with_logged_motion(
     yaw_rate, accel = measured.yaw_rate, measured.accel
     eta = maps[0]
     eff = max(p.motor_efficiency.scale, ETA_MIN)
-    begin(p, c, s, max(speed[0], 0.0), 0.0)
+    begin(p, c, s, u, max(speed[0], 0.0), 0.0)
     c.booked = 0.0
     look_up_inputs(p, s, u, time[0], 0, drive, road)
     u.steer = commands.steer[0]

@@ -25,9 +25,9 @@ PARAMS: Schema = {
 
 CHASSIS: Schema = floats(
     "m", "I_z", "l_F", "l_R", "l", "C_F", "C_R", "D_F", "D_R",
-    "sigma", "n", "n_file", "J", "m_spin", "spin", "K_t", "tau_min", "i_max",
+    "sigma", "n", "n_file", "J", "m_spin", "spin", "K_t", "tau_min", "i_min", "i_max",
     "v_slip", "slips", "t_char", "force_share", "steer_share", "E_0", "E_rotor_0",
-    "booked",
+    "booked", "per_m", "per_spin", "rotor_share", "per_P_max",
 )  # fmt: skip
 """Constants of a run, worked out once from the parameters by ``step.prepare``.
 

@@ -6,7 +6,7 @@ from rcc_sim.jit import jit
 from rcc_sim.physics.effects.friction_brake import motor_share
 from rcc_sim.physics.effects.regeneration_fade import regenerated_share
 
-SQRT_3 = 1.7320508075688772
+PER_SQRT_3 = 0.5773502691896258
 
 
 @jit
@@ -30,9 +30,9 @@ def voltage_limited_current(u, omega, R, psi):
     V_q = R I_q + psi ω may reach u / √3 (space-vector modulation, no field weakening);
     psi [V s] is N_p/2 λ, and 0 where the motor's constants are unknown.
     """
-    left = u / SQRT_3 - psi * omega
     if psi <= 0.0:
         return inf
+    left = u * PER_SQRT_3 - psi * omega
     if left <= 0.0:
         return 0.0
     if R <= 0.0:

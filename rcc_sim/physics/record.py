@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 
 Schema = Mapping[str, Any]
 
+APART = 128
+"""Bytes between what two threads write. [B]"""
+
 
 def floats(*names: str) -> dict[str, None]:
     """Return the schema of a flat record of floats."""
@@ -45,6 +48,25 @@ def array(schema: Schema, rows: int = 1) -> np.ndarray[Any, Any]:
     import numpy as np
 
     return np.zeros(rows, dtype_of(schema))
+
+
+def arrays(kinds: Iterable[np.dtype[Any]]) -> list[np.ndarray[Any, Any]]:
+    """Return one zeroed record of each kind, all of them apart from any others.
+
+    What one thread writes at every step must not share a cache line with what another
+    does: each would wait for the other. A CPU may fetch two lines at once.
+    """
+    import numpy as np
+
+    kinds = list(kinds)
+    whole = sum(kind.itemsize for kind in kinds)
+    room = np.zeros(whole + 2 * APART, np.uint8)
+    at = -room.ctypes.data % APART
+    found = []
+    for kind in kinds:
+        found.append(room[at : at + kind.itemsize].view(kind))
+        at += kind.itemsize
+    return found
 
 
 def plain(schema: Schema, rows: int = 1) -> Rows:

@@ -70,7 +70,7 @@ def freedom(p, c, u, row):
         return 0.0
     if commands_nothing(omega_ref, p.speed_dead_zone.threshold_radps):
         return 0.0
-    low = max(-c.i_max, c.tau_min / c.K_t)
+    low = c.i_min
     high = min(c.i_max, p.current_limit.max_current_a)
     near = (1.0 - FREE) * (high - low)
     if near <= 0.0:
@@ -140,7 +140,7 @@ def run_replayed(
     first = speed[0]
     if first != first:
         first = 0.0
-    begin(p, c, s, max(first, 0.0), 0.0)
+    begin(p, c, s, u, max(first, 0.0), 0.0)
     c.booked = 0.0
     look_up_inputs(p, s, u, time[0], 0, drive, road)
     write(c, s, u, E, flow, rows[0])

@@ -35,9 +35,10 @@ STILL = 1e-6  # m/s; a car that yaws as it stops comes nearer and nearer to stan
 
 
 @jit
-def begin(p, c, s, v_0, r_0):
-    """Set up the constants of a run and the state at its first row."""
+def begin(p, c, s, u, v_0, r_0):
+    """Set up the constants of a run, the wheels and the state at its first row."""
     prepare(p, c)
+    u.cos_delta = 1.0
     s.v_x = v_0
     s.w = v_0
     s.r = r_0
@@ -79,14 +80,15 @@ def write(c, s, u, E, flow, row):
     row.s = s.s
     row.E = flow.E
     if flow.dt > 0.0:
-        row.a_x = flow.a_x / flow.dt
-        row.a_y = flow.a_y / flow.dt
-        row.i_q = flow.i_q / flow.dt
-        row.tau = flow.tau / flow.dt
-        row.u = flow.u / flow.dt
-        row.i = flow.i / flow.dt
-        row.P = flow.P / flow.dt
-        row.aux = flow.aux / flow.dt
+        per = 1.0 / flow.dt
+        row.a_x = flow.a_x * per
+        row.a_y = flow.a_y * per
+        row.i_q = flow.i_q * per
+        row.tau = flow.tau * per
+        row.u = flow.u * per
+        row.i = flow.i * per
+        row.P = flow.P * per
+        row.aux = flow.aux * per
     open_window(flow)
 
 
@@ -168,9 +170,11 @@ def actuate(p, c, s, u, tau, steer):
     s.tau = lagged(s.tau, tau, c.force_share)
     if p.control.mode != TORQUE:  # there the driver has done so
         brake_the_rest(p, c, u, s.v_x)
-    u.delta = road_wheel_angle(p, c, s, steer)
-    u.sin_delta = math.sin(u.delta)
-    u.cos_delta = math.cos(u.delta)
+    delta = road_wheel_angle(p, c, s, steer)
+    if delta != u.delta:
+        u.delta = delta
+        u.sin_delta = math.sin(delta)
+        u.cos_delta = math.cos(delta)
 
 
 @jit
@@ -193,7 +197,7 @@ def run_commanded(P, work, drive, maps, lines, rows, sinks, every, substeps):
     dt = T / substeps
     eff = max(p.motor_efficiency.scale, ETA_MIN)
     varies = len(grade[0]) > 1 or len(aux[0]) > 1
-    begin(p, c, s, ref[1][0], 0.0)
+    begin(p, c, s, u, ref[1][0], 0.0)
     look_up_reference(p, s, u, ref)
     look_up_road(p, s, u, grade, aux, s.t, s.s)
     write(c, s, u, E, flow, rows[0])
@@ -248,7 +252,7 @@ def run_imposed(P, work, drive, maps, rows, sinks):
     eta = maps[0]
     eff = max(p.motor_efficiency.scale, ETA_MIN)
     varies = len(grade[0]) > 1 or len(aux[0]) > 1
-    begin(p, c, s, speed[0], yaw_rate[0])
+    begin(p, c, s, u, speed[0], yaw_rate[0])
     look_up_road(p, s, u, grade, aux, time[0], 0.0)
     u.v_ref = speed[0]
     s.t = time[0]

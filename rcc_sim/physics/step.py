@@ -6,6 +6,7 @@ from rcc_sim.jit import jit
 from rcc_sim.physics.bicycle import (
     axle_slip,
     corner,
+    per_rolled,
     steady_axle_forces,
     turn_velocity,
 )
@@ -75,11 +76,19 @@ def prepare(p, c):
     if c.slips == 0.0:
         c.m_spin = c.m + reflected_mass(c.J, c.n)
     c.spin = math.sqrt(c.m_spin / c.m)
+    c.per_m = 1.0 / c.m
+    c.per_spin = 1.0 / c.spin
+    c.rotor_share = 1.0 - c.m / c.m_spin
     c.K_t = p.motor.K_t
     c.i_max = p.control.i_max
     c.tau_min = -braking_limit(
         p.regeneration_limit.max_current_a, p.regeneration_limit.max_torque_nm, c.K_t
     )
+    c.i_min = -c.i_max
+    if c.K_t > 0.0:
+        c.i_min = max(c.i_min, c.tau_min / c.K_t)
+    u_0 = p.battery.u_0
+    c.per_P_max = 4.0 * p.battery_resistance.resistance_ohm / (u_0 * u_0)
     c.v_slip = SLIP_BLEND * math.sqrt(c.C_F * c.l / c.m)
     c.t_char = math.sqrt(c.m * c.l / c.C_F)
     pace(p, c, p.control.T_loop)
@@ -129,14 +138,14 @@ def accelerate(p, c, u, f):
 
     Returns T = tau - losses [N m] and R [N].
     k is the transmission of the gears, n = N_d / r_w; the sign of T_L, which decides
-    k, is that of T + J n R / m whichever way k falls.
+    k, is that of m T + J n R whichever way k falls.
     """
     R = f.ground + u.brake + f.F_F * u.sin_delta
     T = u.tau - f.visc - f.dry - f.iron
     if EXTRA:
         R += f.pull
         T -= f.twist
-    f.k = gear_transmission(T + c.J * c.n * R / c.m, p.gear_loss.efficiency)
+    f.k = gear_transmission(c.m * T + c.J * c.n * R, p.gear_loss.efficiency)
     f.a = (f.k * c.n * T - R) / (c.m + f.k * c.J * c.n * c.n)
     f.T_L = T - c.J * c.n * f.a
     return T, R
@@ -158,6 +167,7 @@ def step(p, c, s, u, f, E, flow, dt):
     if c.slips > 0.0:
         slide(p, c, s, u, f, E, v, T, R, dt)
     v_1 = s.v_x + f.a * dt
+    a_mean = f.a
     f.moving = dt  # how much of the step the wheels turn
     if (
         v_1 <= 0.0 and f.slides == 0.0
@@ -166,31 +176,39 @@ def step(p, c, s, u, f, E, flow, dt):
         if f.a < 0.0:
             f.moving = min(-s.v_x / f.a, dt)
         v_1 = 0.0
+        a_mean = -s.v_x / dt
     f.v = 0.5 * (s.v_x + v_1)
     f.w = f.v
     if f.slides > 0.0:
         f.w = 0.5 * (s.w + f.w_1)
         count_slip(c, f, flow, v)
-    a_mean = (v_1 - s.v_x) / dt
     if c.booked > 0.0:
         book_motion(c, u, f, E, dt)
         advance_place(s, f, dt)
-    turning = (c.m / c.m_spin - 1.0) * s.v_y * f.r
-    flow.a_x += (a_mean + turning + f.grade / c.m) * dt
-    flow.a_y += (f.F_F * u.cos_delta + f.F_R) / c.m * dt
+    turning = -c.rotor_share * s.v_y * f.r
+    flow.a_x += (a_mean + turning + f.grade * c.per_m) * dt
+    flow.a_y += (f.F_F * u.cos_delta + f.F_R) * c.per_m * dt
     s.a_x = a_mean
     s.v_x = v_1
     s.v_y = 2.0 * f.v_y - s.v_y
     s.psi += dt * f.r
     s.r = 2.0 * f.r - s.r
     s.s += f.v * f.moving
-    s.z += f.v * f.moving * u.slope / math.sqrt(1.0 + u.slope * u.slope)
+    s.z += climbed(f.v * f.moving, u.slope)
     s.w = v_1
     if f.slides > 0.0:
         s.w = f.w_1
     turn_velocity(c, s, 0.5 * dt)
     if c.slips == 0.0:
         s.w = s.v_x
+
+
+@jit
+def climbed(way, slope):
+    """Height [m] gained over a way [m] along a road; slope = tan θ."""
+    if slope == 0.0:
+        return 0.0
+    return way * slope / math.sqrt(1.0 + slope * slope)
 
 
 @jit
@@ -224,7 +242,8 @@ def step_imposed(p, c, s, u, f, E, flow, v_1, r_1, dt):
     f.w = f.v
     f.w_1 = v_1
     if EXTRA or p.steering_drag.force_n_per_rad > 0.0:
-        u.delta = axle_slip(0.5 * c.l * (s.r + r_1), f.v, c.v_slip)
+        per_v = per_rolled(f.v, c.v_slip)
+        u.delta = axle_slip(0.5 * c.l * (s.r + r_1), per_v)
     resist(p, c, u, f, f.v, f.v)
     if EXTRA:
         act(p, c, s, u, f, f.v, f.v, f.a)
@@ -238,12 +257,12 @@ def step_imposed(p, c, s, u, f, E, flow, v_1, r_1, dt):
     if c.booked > 0.0:
         book_motion_imposed(c, u, f, E)
         advance_place(s, f, dt)
-    flow.a_x += (f.a + f.grade / c.m) * dt
+    flow.a_x += (f.a + f.grade * c.per_m) * dt
     flow.a_y += f.v * f.r * dt
     s.v_x = v_1
     s.w = f.w_1
     s.s += f.v * dt
-    s.z += f.v * dt * u.slope / math.sqrt(1.0 + u.slope * u.slope)
+    s.z += climbed(f.v * dt, u.slope)
     s.psi += f.r * dt
     s.r = r_1
 
@@ -272,8 +291,8 @@ def step_steered(p, c, s, u, f, flow, v_1, dt):
         supply(p, c, s, u, f, flow, turning + f.F_F * u.sin_delta, v_1, dt)
     else:
         rest(u, f)
-    flow.a_x += (f.a + (turning + f.grade) / c.m) * dt
-    flow.a_y += (f.F_F * u.cos_delta + f.F_R) / c.m * dt
+    flow.a_x += (f.a + (turning + f.grade) * c.per_m) * dt
+    flow.a_y += (f.F_F * u.cos_delta + f.F_R) * c.per_m * dt
     s.v_y = 2.0 * f.v_y - s.v_y
     s.psi += f.r * dt
     s.r = 2.0 * f.r - s.r
@@ -363,7 +382,9 @@ def electrify(p, c, u, f, E, flow, eff, dt):
     """
     omega = c.n * f.w
     i_q = q_current(u.tau, c.K_t)
-    share = f.moving / dt
+    share = 1.0
+    if f.moving < dt:
+        share = f.moving / dt
     P_shaft = u.tau * omega * share
     P_copper = copper_power(i_q, p.copper_loss.phase_resistance_ohm)
     P_lost = conversion_loss(P_shaft, eff)
@@ -373,8 +394,7 @@ def electrify(p, c, u, f, E, flow, eff, dt):
         P += f.draw
     R_i = p.battery_resistance.resistance_ohm
     i = terminal_current(P, p.battery.u_0, R_i)
-    if R_i > 0.0:
-        flow.P_over = max(flow.P_over, P * 4.0 * R_i / (p.battery.u_0 * p.battery.u_0))
+    flow.P_over = max(flow.P_over, P * c.per_P_max)
     sag = R_i * i * i
     if c.booked > 0.0:
         E.copper_loss += P_copper * dt

@@ -19,7 +19,8 @@ def between(x, xs, ys, i):
         return ys[0]
     if x >= xs[-1]:
         return ys[-1]
-    return ys[i] + (ys[i + 1] - ys[i]) * (x - xs[i]) / (xs[i + 1] - xs[i])
+    share = (x - xs[i]) / (xs[i + 1] - xs[i])  # one division for all columns at x
+    return ys[i] + (ys[i + 1] - ys[i]) * share
 
 
 @jit

@@ -18,7 +18,7 @@ from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError, RccError
 from rcc_sim.jit import bound, cache_folder, compiled, jit
 from rcc_sim.physics import params as schema
-from rcc_sim.physics.record import Schema, array, column, floats
+from rcc_sim.physics.record import Schema, arrays, column, dtype_of, floats
 
 GIVEN = {
     "t": "s.t",
@@ -67,13 +67,13 @@ class OwnTerms:
 
     def records(self) -> tuple[Any, tuple[Any, ...], Any]:
         """Return zeroed records for the compiled kernel: parameters, work, sinks."""
-        P, work, sinks = self._blank
-        return P.copy(), tuple(x.copy() for x in work), sinks.copy()
+        P, *work, sinks = arrays(self._kinds)
+        return P, tuple(work), sinks
 
     @functools.cached_property
-    def _blank(self) -> tuple[Any, tuple[Any, ...], Any]:
-        work = tuple(array(schema) for schema in self.work)
-        return array(self.params), work, array(floats(*self.sinks))
+    def _kinds(self) -> tuple[np.dtype[Any], ...]:
+        every = (self.params, *self.work, floats(*self.sinks))
+        return tuple(map(dtype_of, every))
 
     def call(self, kernel: Callable[..., Any], fast: bool, *args: Any) -> None:
         """Run the kernel.

@@ -11,10 +11,12 @@ def terminal_current(P, u_0, R):
     """Battery current [A] for power P [W] at the terminals, open circuit u_0 [V].
 
     Solves P = (u_0 - R i) i for the root of small current, written without
-    cancellation, i = 2 P / (u_0 + sqrt(u_0² - 4 R P)), so that R = 0 gives P / u_0
-    exactly. Past the most power that the battery can give, u_0²/(4 R), the current
+    cancellation, i = 2 P / (u_0 + sqrt(u_0² - 4 R P)): P / u_0 without a resistance.
+    Past the most power that the battery can give, u_0²/(4 R), the current
     stays at u_0/(2 R).
     """
+    if R == 0.0:
+        return P / u_0
     root = u_0 * u_0 - 4.0 * R * P
     if root < 0.0:
         return u_0 / (2.0 * R)

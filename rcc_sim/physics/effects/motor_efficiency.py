@@ -25,6 +25,8 @@ def map_efficiency(tau, omega, scale, map_tau, map_omega, map_eta):
 @jit
 def conversion_loss(P_shaft, eta):
     """Loss [W] at shaft power P_shaft [W]: P/η - P motoring, |P| (1 - η) braking."""
+    if eta == 1.0:
+        return 0.0
     if P_shaft >= 0.0:
         return P_shaft / eta - P_shaft
     return P_shaft * eta - P_shaft

@@ -10,12 +10,16 @@ from rcc_sim.units import G
 @jit
 def grade_force(m, slope):
     """Weight m g sin(θ) [N] against the drive; slope = tan θ, positive uphill."""
+    if slope == 0.0:
+        return 0.0
     return m * G * slope / math.sqrt(1.0 + slope * slope)
 
 
 @jit
 def wheel_load(m, slope):
     """Force m g cos(θ) [N] of the vehicle on the road; slope = tan θ."""
+    if slope == 0.0:
+        return m * G
     return m * G / math.sqrt(1.0 + slope * slope)
 
 
