@@ -104,9 +104,9 @@ def learn(e, rows, X, edges, share, memory, scale):
         for i in range(v):
             known[j, i] = X[j, rows[i]]
     size = 1.0
+    look_back(e, rows, scale, edges, total, z, means)
+    square_left(z, means, memory, squares)
     for _ in range(TURNS):
-        look_back(e, rows, scale, edges, total, z, means)
-        square_left(z, means, memory, squares)
         for i in range(v):
             squares[i] *= scale[rows[i]] ** 2
         fit_scale(squares, known, share)
@@ -167,7 +167,8 @@ def fit_scale(squares, X, share):
 def fit_memory(z, means, memory, squares):
     """Write the weights of the means (m, n) that foresee z; return the size left.
 
-    Least squares with the weights of a t-distribution.
+    Least squares with the weights of a t-distribution. Written are the squares of what
+    is left, too.
     """
     m = len(memory)
     square_left(z, means, memory, squares)
