@@ -155,6 +155,20 @@ def test_a_wall_that_noise_leaves_at_once_is_found(drive, channel):
 
 
 @each_drive
+@pytest.mark.parametrize("channel", ["yaw_rate_radps", "accel_x_mps2", "accel_y_mps2"])
+@pytest.mark.parametrize("digits", [4, 12, 40, 400])
+def test_a_coarse_sensor_within_its_range_is_at_no_wall(drive, channel, digits):
+    log = logged(*drive)
+    rng = np.random.default_rng(4)
+    shaken = log[channel] + np.std(log[channel]) * rng.standard_normal(len(log))
+    step = np.ptp(shaken) / digits
+    checked = check_log(
+        with_fault(log, channel, lambda x: step * np.round(shaken / step))
+    )
+    assert not found(checked, "saturated", channel)
+
+
+@each_drive
 @pytest.mark.parametrize("seconds", [-3.0, -1.2, 1.2, 3.0])
 @pytest.mark.parametrize(
     "channel", ["accel_x_mps2", "accel_y_mps2", "yaw_rate_radps", "motor_speed_radps"]

@@ -41,9 +41,9 @@ BY_DIGITS = 0.9
 coarse and not slow: one that came seldom, while the vehicle went on, leaps by several.
 """
 
-PILED = 4.0
-"""Times as many rows at a sensor's wall as at any level near it, where noise takes it
-off the wall at once: a tail thins out, it does not pile up."""
+PILED, LEVELS = 4.0, 3
+"""Times as many rows at a sensor's wall as at any of the levels next to it, where noise
+takes it off the wall at once: a tail thins out, it does not pile up."""
 
 POSE = ("x_m", "y_m", "yaw_rad", "elevation_m")
 
@@ -271,12 +271,13 @@ def clipped(time: Array, name: str, values: Array) -> list[Finding]:
     found = []
     for side, wall in ((1, float(some.max())), (-1, float(some.min()))):
         at = side * values >= side * wall
-        near = (side * values > side * wall - 0.05 * spread(values)) & ~at
+        beside = (side * values)[~at & np.isfinite(values)]
+        near = beside >= min(side * wall - 0.05 * spread(values), beside.max())
         count, around = int(at.sum()), int(near.sum())
         starts, ends = runs(at)
         long = int((ends - starts).max())
         stays = long >= 4 * k and count > 0.5 * around
-        piled = count > PILED * _most_alike(values[near])
+        piled = count > PILED * _most_alike(beside)
         if wall != 0 and count >= 8 * k and (stays or piled):
             limit = "current" in name
             found.append(
@@ -296,8 +297,9 @@ def clipped(time: Array, name: str, values: Array) -> list[Finding]:
 
 
 def _most_alike(values: Array) -> int:
-    """Return how many rows hold the commonest value, at least one."""
-    return int(np.unique(values, return_counts=True)[1].max(initial=1))
+    """Return how many rows hold the commonest of the highest few values."""
+    counts = np.unique(values, return_counts=True)[1]
+    return int(counts[-LEVELS:].max(initial=1))
 
 
 USED_LIMIT = "used as it is; a controller's limit explains it"

@@ -2,7 +2,9 @@
 
 from math import inf
 
+from rcc_sim.jit import compiled, compiler_is_loaded, jit
 from rcc_sim.physics.effect import Effect, Param, Sought
+from rcc_sim.physics.tables import seek
 
 SAMPLED = ("speed_mps", "motor_speed_radps", "yaw_rate_radps")
 """Columns that are samples at a row's time; the others are means since the row before.
@@ -20,9 +22,8 @@ CHANNELS = (
 )
 """Columns that each sensor gives, in the order of the parameters after the first."""
 
-SWEEPS = 12
-"""Times that slopes of a spline are made to agree with their neighbours': each halves
-what is left."""
+FEW_ROWS = 5000
+"""Rows up to which a reading is delayed before a compiler would be loaded."""
 
 
 def sensed(columns, time, delay, *more):
@@ -68,23 +69,48 @@ def late(values, time, delay, sampled):
 def spline(at, time, values):
     """Cubic spline through rows, its end slopes those of parabolas.
 
-    scipy's ``CubicSpline``, its equations relaxed: its module takes a third of a second
-    to load, and every diagnosis of a car would wait for it.
+    scipy's ``CubicSpline``: its module takes a third of a second to load, and every
+    diagnosis of a car would wait for it.
     """
     import numpy as np
 
-    step = np.diff(time)
-    secant = np.diff(values) / step
-    before = step[1:] / (step[1:] + step[:-1])
-    after = 1 - before
-    target = 1.5 * (before * secant[:-1] + after * secant[1:])
-    slope = np.gradient(values, time)
-    for _ in range(SWEEPS):
-        slope[1:-1] = target - 0.5 * (before * slope[:-2] + after * slope[2:])
-    k = np.clip(np.searchsorted(time, at, side="right") - 1, 0, len(step) - 1)
-    u, a, b = (at - time[k]) / step[k], slope[k], slope[k + 1]
-    bend = 3 * secant[k] - 2 * a - b + u * (a + b - 2 * secant[k])
-    return values[k] + step[k] * u * (a + u * bend)
+    slope, out = np.gradient(values, time), np.empty(len(at))
+    fast = compiler_is_loaded() or len(time) > FEW_ROWS
+    bend, walk = (compiled(f) if fast else f for f in (slopes_of, along))
+    bend(time, values, slope, np.zeros(len(time)))
+    walk(at, time, values, slope, out)
+    return out
+
+
+@jit
+def slopes_of(time, values, slope, left):
+    """Write the slopes at which the spline bends evenly, those at its ends being given.
+
+    A step h before and H after a row, with secants d and D: H s_- + 2 (h + H) s + h s_+
+    = 3 (H d + h D), solved by elimination; ``left`` is room for as many numbers.
+    """
+    n = len(time)
+    for i in range(1, n - 1):
+        h, H = time[i] - time[i - 1], time[i + 1] - time[i]
+        d, D = (values[i] - values[i - 1]) / h, (values[i + 1] - values[i]) / H
+        pivot = 2.0 * (h + H) - H * left[i - 1]
+        left[i] = h / pivot
+        slope[i] = (3.0 * (H * d + h * D) - H * slope[i - 1]) / pivot
+    for i in range(n - 2, 0, -1):
+        slope[i] -= left[i] * slope[i + 1]
+
+
+@jit
+def along(at, time, values, slope, out):
+    """Write the spline at some places that do not fall, within the rows."""
+    k = 0
+    for i in range(len(at)):
+        k = seek(at[i], time, k)
+        h = time[k + 1] - time[k]
+        secant = (values[k + 1] - values[k]) / h
+        u, a, b = (at[i] - time[k]) / h, slope[k], slope[k + 1]
+        bend = 3.0 * secant - 2.0 * a - b + u * (a + b - 2.0 * secant)
+        out[i] = values[k] + h * u * (a + u * bend)
 
 
 def _rows(tried, *, of="row", columns=(), opposes=(), shows_in=()):
