@@ -18,6 +18,7 @@ from rcc_sim.analyse.gap import Gap, gap
 from rcc_sim.analyse.logged import Logged
 from rcc_sim.analyse.offsets import OFFSETS
 from rcc_sim.definitions.vehicle import Vehicle
+from rcc_sim.diagnose.apart_from_nil import apart_from_nil
 from rcc_sim.diagnose.as_felt import as_felt
 from rcc_sim.diagnose.as_sent import as_sent
 from rcc_sim.diagnose.by_log import allowed_of, each_log, noise_of
@@ -151,6 +152,7 @@ def diagnose(
     ]
     row = size_of(engine.problems[0], "row")
     asserted = asserted_of(fit, causes, stands.rivals, stated, row, chances)
+    asserted = apart_from_nil(acting, fit, asserted)
     by_log = each_log(gaps, engine, acting, fit, by_torque=by_torque)
     told("which run to drive next")
     runs = tuple(next_experiments(acting, fit, asserted, stands.rivals))
