@@ -45,6 +45,12 @@ static double lane_phase(double x, double every, double length, double *sign) {
     return q >= 1 ? -1 : q;
 }
 
+static double share_beyond(double beyond, double change) {
+    if (beyond >= 0.5 * change) return 1;
+    if (beyond <= -0.5 * change) return 0;
+    return 0.5 + beyond / change;
+}
+
 static void turn(double *v_x, double *v_y, double r, double g, double dt) {
     if (r == 0) return;
     double q = 0.5 * r * dt / g, c = (1 - q * q) / (1 + q * q), s = 2 * q / (1 + q * q);
@@ -87,19 +93,21 @@ int main(int argc, char **argv) {
             double t = k * T, t_h = hold > 0 ? floor(t / hold + 1e-9) * hold : t;
             while (place + 2 < n_ref && t_ref[place + 1] <= t_h) place++;
             double v_ref = t_h >= t_ref[n_ref - 1] ? v_tab[n_ref - 1]
-                : v_tab[place] + (v_tab[place + 1] - v_tab[place]) * (t_h - t_ref[place])
-                / (t_ref[place + 1] - t_ref[place]);
+                : v_tab[place] + (v_tab[place + 1] - v_tab[place]) * ((t_h - t_ref[place])
+                / (t_ref[place + 1] - t_ref[place]));
             double w_ref = fmin(v_ref * n, w_max), w = n * v_x, tau = 0;
             if (fabs(w_ref) < dead) I = 0;
             else {
-                double e = w_ref - (fabs(w) < dead ? 0 : w), J_ = I + K_i * e * T;
-                if (w_ref == 0) J_ = 0;
+                double change = n * fabs(a_x) * T;
+                double e = w_ref - (dead == 0 ? w : w * share_beyond(fabs(w) - dead, change));
+                double more = K_i * e * T, J_ = I + more;
+                if (w_ref == 0) J_ = more = 0;
                 double i = K_p * e + J_, reach = (u_0 / sqrt(3) - psi_m * w) / R;
+                double high = i_max, low = -i_min;
                 if (reach < 0) reach = 0;
-                if (i > reach && reach < i_max) { i = reach; if (e > 0) J_ = I; }
-                if (i > i_max) { i = i_max; if (e > 0) J_ = I; }
-                else if (i < -i_min) { i = -i_min; if (e < 0) J_ = I; }
-                I = J_;
+                if (i > reach && reach < high) high = reach;
+                I = J_ - more * share_beyond(e > 0 ? i - high : low - i, K_p * change);
+                i = fmin(fmax(i, low), high);
                 tau = K_t * i;
             }
             double delta = 0;
