@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from math import isfinite
 
 from rcc_sim.definitions.figure import Z_90
 from rcc_sim.diagnose import descent
@@ -43,7 +42,7 @@ def _ended(engine: Engine, fit: Fit, one: Asserted, name: str) -> Estimate:
     """Return an estimate whose interval holds its neutral value no more, if it may."""
     told, (key,) = one.figures[name], one.cause.keys
     nil = neutral_of(key)
-    inside = isfinite(nil) and told.low <= nil <= told.high and nil != told.value
+    inside = told.low <= nil <= told.high and nil != told.value
     if not inside or not fit.frees(key) or _lost(engine, fit, key, nil) < LESS:
         return told
     likely, end = told.value, nil
