@@ -186,7 +186,9 @@ def meaning_of(name: str) -> Meaning | None:
     whole = re.sub(r"(?<=[a-z])(?=[A-Z][a-z])", " ", UNIT.sub("", name)).lower()
     words = set(re.findall(r"[a-zäöüß0-9]+", whole))
     unit = UNITS.get(unit_in(name), (1.0, ""))[1]
-    short = SHORT.get("_".join(re.findall(r"[a-z0-9]+", UNIT.sub("", name).lower())))
+    short = SHORT.get(_joined(UNIT.sub("", name)))
+    if not short and unit and not UNIT.search(name):  # "Vbat mV", "ay_g"
+        short = SHORT.get(_joined(re.sub(r"[_\s][^_\s]+\s*$", "", name)))
     if short:
         fits = unit in ("", unit_of(short))
         return Meaning(short, unit_of(short), ()) if fits else None
@@ -197,6 +199,11 @@ def meaning_of(name: str) -> Meaning | None:
         if not unit or unit == meaning.unit or (unit, meaning.unit) == ("1", "%"):
             return meaning
     return None
+
+
+def _joined(name: str) -> str:
+    """Return the words of a name as ``SHORT`` has them."""
+    return "_".join(re.findall(r"[a-z0-9]+", name.lower()))
 
 
 def unit_in(name: str) -> str:

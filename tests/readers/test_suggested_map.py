@@ -38,6 +38,10 @@ from rcc_sim.source import open_source
         ("yaw_rate_dps", "yaw_rate_radps", "deg/s"),
         ("Timestamp", "time_s", ""),
         ("Altitude (m)", "elevation_m", "m"),
+        ("Vbat mV", "battery_voltage_v", "mV"),
+        ("u_bat_mV", "battery_voltage_v", "mV"),
+        ("ay_g", "accel_y_mps2", "g"),
+        ("v_mps", "speed_mps", "m/s"),
     ],
 )
 def test_a_name_and_its_unit_are_understood(name, column, unit):
@@ -48,7 +52,8 @@ def test_a_name_and_its_unit_are_understood(name, column, unit):
 @pytest.mark.parametrize(
     "name", ["Cell Voltage max [V]", "Motor Current limit [A]", "Wheel Speed FL [km/h]",
              "Battery Temperature [°C]", "Speed [V]", "v_in [A]",
-             "erpm_cmd", "Gear"],
+             "erpm_cmd", "Gear",
+             "v_m", "ay_V"],
 )  # fmt: skip
 def test_what_only_sounds_alike_is_left_out(name):
     assert meaning_of(name) is None
@@ -94,12 +99,12 @@ def test_the_shipped_map_of_a_real_logger_is_drafted_from_its_header(tmp_path):
         assert f'{column} = {{ from = "{term.sources[0]}"' in draft
 
 
-def steered_rows(most):
+def steered_rows(most, name="steering"):
     """A header of no known logger, and a steering that swings so far."""
     t = 0.1 * np.arange(100)
     steer = np.clip(1.5 * most * np.sin(t), -most, most)
     rows = (f"{x:.1f},1.5,{s:.6f}" for x, s in zip(t, steer, strict=True))
-    return "\n".join(["time,speed,steering", *rows])
+    return "\n".join([f"time,speed,{name}", *rows])
 
 
 @pytest.mark.parametrize(
@@ -118,6 +123,14 @@ def test_a_steering_command_is_not_taken_for_an_angle(tmp_path, most, name, colu
     draft, unread = checked_draft(open_source(log), car)
     assert unread is None
     assert [e.column for e in draft.entries if e.name == "steering"] == [column]
+
+
+def test_a_header_that_says_minus_one_to_one_is_believed(tmp_path):
+    log = tmp_path / "run.csv"
+    for most, column in ((0.8, "steering"), (1.2, "steer_cmd_rad")):
+        log.write_text(steered_rows(most, "steering [-1..1]"))
+        draft, _ = checked_draft(open_source(log))
+        assert [e.column for e in draft.entries][-1] == column
 
 
 def test_a_file_that_a_shipped_map_reads_gets_that_map(tmp_path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -27,6 +28,9 @@ MENDED = ("unit", "sign", "time_unit")
 
 OFTEN = 3
 """Rows at full lock, plus or minus 1, by which a steering is a controller's command."""
+
+SAID = re.compile(r"[-−+±]\s*1\b")
+"""What a header says of a command, as in ``steering [-1..1]``."""
 
 
 def checked_draft(
@@ -77,7 +81,8 @@ def _read(draft: Draft, source: Source) -> Log:
 def _by_command(draft: Draft, trace: Trace, vehicle: Vehicle | None) -> Draft:
     """Return the draft with a steering that is a controller's command as no angle.
 
-    It ends at plus or minus 1; or it stays within, and the vehicle is steered by such.
+    It ends at plus or minus 1; or it stays within, and the vehicle is steered by such,
+    or its header says so.
     """
     entry = next((e for e in draft.entries if e.column == STEER), None)
     if entry is None or entry.unit or STEER not in trace:
@@ -88,7 +93,8 @@ def _by_command(draft: Draft, trace: Trace, vehicle: Vehicle | None) -> Draft:
     control = vehicle.controller if vehicle else None
     by_command = control is not None and control.steering_command is not None
     is_angle = entry.name in (STEER, *SHORT) or "angle" in entry.name.lower()
-    if is_angle or not (ends or (by_command and most <= 1.0)):
+    within = most <= 1.0 and (by_command or SAID.search(entry.name))
+    if is_angle or not (ends or within):
         return draft
     why = (
         "a command, -1 to 1: controller.steering_command and steering_angle_rad of the "
