@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rcc_sim.analyse.logcheck import Checked, check_log, check_reading
+from rcc_sim.analyse.logcheck.mistakes import DEG
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.verdict import of_another
 from rcc_sim.errors import InputError
@@ -161,6 +162,18 @@ def test_a_torque_at_the_wheels_or_in_thousandths_is_told_by_the_mass(drive, tim
     (finding,) = found(checked, "unit", "motor_torque_nm")
     assert finding.factor == pytest.approx(1 / times)
     assert grave(checked) == [finding]
+
+
+def test_three_wrong_units_are_found_where_one_relation_tells_of_them_all():
+    """Speed, turn and lateral acceleration; what the file says of the steering fits."""
+    log, car = logged(*CAR, noise=1.0), load_vehicle(CAR[0])
+    wrong = {"speed_mps": 3.6, "yaw_rate_radps": DEG, "accel_y_mps2": 1 / 9.80665}
+    columns = {c: log[c] * wrong.get(c, 1.0) for c in ("time_s", *wrong)}
+    columns["steer_cmd_rad"] = log["steer_cmd_rad"] * 4.0  # a command, not an angle
+    for judged in (None, car):
+        checked = check_log(Trace(columns, name="log"), judged)
+        told = {f.channel: f.factor for f in checked.findings if f.kind == "unit"}
+        assert told == {c: pytest.approx(1 / f, rel=1e-3) for c, f in wrong.items()}
 
 
 def test_nothing_is_mended_in_silence():

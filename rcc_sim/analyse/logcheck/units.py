@@ -158,9 +158,16 @@ def _cost(found: Sequence[Relation], some: Sequence[Mistake]) -> float:
 
 
 def _strain(relation: Relation, expected: float) -> float:
-    """Return how far a relation is off what mistakes make of it: BROKEN at most."""
+    """Return how far a relation is off what mistakes make of it.
+
+    BROKEN at most where a vehicle's file, which may be another's, or a sign alone has a
+    say; channels of one log are off each other by thousands through their units alone.
+    """
     if not relation.allows(expected):
-        return BROKEN
+        if relation.by_vehicle or np.isinf(relation.loose):
+            return BROKEN
+        off = abs(log(abs(relation.middle / expected)))
+        return BROKEN + max(off - log(relation.loose), 0.0) / log(10)
     return (log(abs(relation.middle / expected)) / log(relation.loose)) ** 2
 
 
