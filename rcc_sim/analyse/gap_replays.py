@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
@@ -114,7 +114,7 @@ def toleranced(vehicle: Vehicle) -> dict[str, tuple[float, float]]:
 def tolerances(
     vehicle: Vehicle,
     drive: Drive,
-    base: dict[str, Array],
+    columns: Collection[str],
     progress: Progress | None = None,
 ) -> Tolerances:
     """Push each figure's sd through one replay; linear, one figure at a time.
@@ -123,13 +123,13 @@ def tolerances(
 
     Parameters
     ----------
-    base : dict of ndarray
-        The prediction that is moved.
+    columns : collection of str
+        What is looked at of the prediction.
     """
     figures = toleranced(vehicle)
     parts = list(_stretches(len(drive.time)))
     rows = np.concatenate([np.arange(p.start, p.stop) for p in parts])
-    names = tuple(base)
+    names = tuple(columns)
     drives = [drive.part(part) if len(parts) > 1 else drive for part in parts]
     start = [replay(vehicle, d, coarse=True) for d in drives]
 

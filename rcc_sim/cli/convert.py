@@ -103,8 +103,9 @@ def convert(
 
 
 def _suggest(log: str, vehicle: str | None, output: Path | None) -> None:
-    from rcc_sim.analyse.logcheck.draft import checked_draft, shipped_for
+    from rcc_sim.analyse.logcheck.draft import checked_draft
     from rcc_sim.definitions.vehicle import load_vehicle
+    from rcc_sim.readers.plain_csv import shipped_for
     from rcc_sim.source import open_source
 
     car = None if vehicle is None else load_vehicle(vehicle)

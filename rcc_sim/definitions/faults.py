@@ -121,10 +121,10 @@ def _effect_faults(raw: dict[str, Any], path: Path) -> Iterator[InputError]:
 
 def _faults_together(raw: dict[str, Any], path: Path) -> list[InputError]:
     """Return what is wrong only together, and what a run would miss."""
-    faults = _raised(vehicle.build, raw, path=path)
-    if faults:
-        return faults
-    car = vehicle.build(raw, path=path)
+    try:
+        car = vehicle.build(raw, path=path)
+    except InputError as fault:
+        return [fault]
     return [
         *_raised(kernel_params, car, commanded=False),
         *_raised(force_table, car),

@@ -15,9 +15,8 @@ from rcc_sim.physics.effects import neutral_of
 LESS = 0.5 * Z_90**2
 """Nats by which the end of a 90 % interval is less likely than its middle."""
 
-HALVINGS, ROUNDS = 6, 3
-"""Times that the way to the end of an interval is halved; and steps in which all other
-figures give way."""
+HALVINGS = 6
+"""Times that the way to the end of an interval is halved."""
 
 
 def apart_from_nil(
@@ -57,12 +56,8 @@ def _ended(engine: Engine, fit: Fit, one: Asserted, name: str) -> Estimate:
 
 def _lost(engine: Engine, fit: Fit, key: str, value: float) -> float:
     """Nats lost by holding a figure at a value, the others giving way."""
-    there = engine.at(fit, fit.values | {key: value})
-    if there is None:
-        return 0.0
-    held = there.holding(key)
-    along = engine.whitened(held.signals, held.noise)
-    found = descent.improve(engine, held, along=along, fixed=True, rounds=ROUNDS)
+    held = replace(fit, values=fit.values | {key: value}).holding(key)
+    found = descent.under_its_noise(engine, held)
     # with what is expected of the figure itself
-    there = engine.at(fit, found.values) or there
-    return fit.score - there.score
+    there = engine.at(fit, found.values) if found else None
+    return fit.score - there.score if there else 0.0

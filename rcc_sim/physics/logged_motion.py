@@ -10,11 +10,10 @@ import math
 from rcc_sim.jit import jit
 from rcc_sim.physics.effects.motor_efficiency import ETA_MIN
 from rcc_sim.physics.params import LOGGED
+from rcc_sim.physics.powertrain import electrify, mapped_efficiency
 from rcc_sim.physics.run import actuate, begin, open_window, write
 from rcc_sim.physics.slip import behind_wheels
 from rcc_sim.physics.step import (
-    electrify,
-    mapped_efficiency,
     pace,
     step_imposed,
     step_steered,

@@ -3,8 +3,17 @@
 from math import inf
 
 from rcc_sim.jit import jit
+from rcc_sim.physics.effects.auxiliary_load import auxiliary_power
+from rcc_sim.physics.effects.battery_resistance import terminal_current
+from rcc_sim.physics.effects.copper_loss import copper_power
 from rcc_sim.physics.effects.friction_brake import motor_share
+from rcc_sim.physics.effects.motor_efficiency import (
+    conversion_loss,
+    map_efficiency,
+    outside_map,
+)
 from rcc_sim.physics.effects.regeneration_fade import regenerated_share
+from rcc_sim.physics.extra import EXTRA, book_draw
 
 PER_SQRT_3 = 0.5773502691896258
 
@@ -76,3 +85,56 @@ def motor_brakes(p, tau, v):
         return tau
     share = regenerated_share(v, p.regeneration_fade.fade_speed_mps)
     return tau * share * motor_share(p.friction_brake.share)
+
+
+@jit
+def mapped_efficiency(p, c, u, f, flow, eta, dt):
+    """Efficiency of motor and inverter [1] during the step; counts where the map ends.
+
+    ``eta`` is the map: torque, speed, efficiency by both.
+    """
+    omega = c.n * f.w
+    if outside_map(u.tau, omega, eta[0], eta[1]):
+        flow.outside += dt
+    scale = p.motor_efficiency.scale
+    return map_efficiency(u.tau, omega, scale, eta[0], eta[1], eta[2])
+
+
+@jit
+def electrify(p, c, u, f, E, flow, eff, dt):
+    """From shaft to battery terminals: P_b = tau ω + 3/2 R I_q² + losses + aux.
+
+    ``eff`` is the efficiency of motor and inverter, beside the single loss terms.
+    """
+    omega = c.n * f.w
+    i_q = q_current(u.tau, c.K_t)
+    share = 1.0
+    if f.moving < dt:
+        share = f.moving / dt
+    P_shaft = u.tau * omega * share
+    P_copper = copper_power(i_q, p.copper_loss.phase_resistance_ohm)
+    P_lost = conversion_loss(P_shaft, eff)
+    P_aux = auxiliary_power(p.auxiliary_load.power_w, u.aux)
+    P = P_shaft + P_copper + P_lost + P_aux
+    if EXTRA:
+        P += f.draw
+    R_i = p.battery_resistance.resistance_ohm
+    i = terminal_current(P, p.battery.u_0, R_i)
+    flow.P_over = max(flow.P_over, P * c.per_P_max)
+    sag = R_i * i * i
+    if c.booked > 0.0:
+        E.copper_loss += P_copper * dt
+        E.motor_efficiency += P_lost * dt
+        E.auxiliary_load += P_aux * dt
+        E.battery_resistance += sag * dt
+        if EXTRA:
+            book_draw(f, E, dt)
+    flow.dt += dt
+    flow.i_q += i_q * dt
+    flow.tau += u.tau * dt
+    flow.P += P * dt
+    flow.i += i * dt
+    flow.u += (p.battery.u_0 - R_i * i) * dt
+    flow.aux += u.aux * dt
+    flow.E += (P + sag) * dt
+    flow.E_abs += abs(P + sag) * dt

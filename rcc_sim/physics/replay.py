@@ -15,6 +15,7 @@ from rcc_sim.physics.effects.reference_sampling import held_time
 from rcc_sim.physics.effects.speed_dead_zone import commands_nothing
 from rcc_sim.physics.effects.steering_delay import delayed
 from rcc_sim.physics.params import SPEED
+from rcc_sim.physics.powertrain import electrify, mapped_efficiency
 from rcc_sim.physics.run import (
     actuate,
     begin,
@@ -22,7 +23,7 @@ from rcc_sim.physics.run import (
     open_window,
     write,
 )
-from rcc_sim.physics.step import electrify, mapped_efficiency, step
+from rcc_sim.physics.step import step
 from rcc_sim.physics.tables import between, command_at, seek
 
 FREE = 0.98  # 1; share of the currents between the limits in which the loop is free

@@ -20,10 +20,8 @@ from rcc_sim.physics.effects.steering_lag import lagged
 from rcc_sim.physics.extra import EXTRA
 from rcc_sim.physics.follower import lane_curvature, pursuit_steer
 from rcc_sim.physics.params import FOLLOW, LOGGED, SPEED, THROTTLE, TORQUE
-from rcc_sim.physics.powertrain import motor_brakes
+from rcc_sim.physics.powertrain import electrify, mapped_efficiency, motor_brakes
 from rcc_sim.physics.step import (
-    electrify,
-    mapped_efficiency,
     prepare,
     resist,
     step,

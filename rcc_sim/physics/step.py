@@ -1,4 +1,4 @@
-"""One time step: forces, motion, energy. Reads as the model is described."""
+"""One time step: forces and motion. Reads as the model is described."""
 
 import math
 
@@ -12,10 +12,7 @@ from rcc_sim.physics.bicycle import (
 )
 from rcc_sim.physics.book import book_motion, book_motion_imposed, slip_loss
 from rcc_sim.physics.effects.aerodynamic_drag import drag_force
-from rcc_sim.physics.effects.auxiliary_load import auxiliary_power
-from rcc_sim.physics.effects.battery_resistance import terminal_current
 from rcc_sim.physics.effects.cg_shift import shifted_axles
-from rcc_sim.physics.effects.copper_loss import copper_power
 from rcc_sim.physics.effects.drivetrain_damping import damping_torque
 from rcc_sim.physics.effects.drivetrain_friction import friction_torque
 from rcc_sim.physics.effects.front_cornering_stiffness import front_stiffness
@@ -23,15 +20,10 @@ from rcc_sim.physics.effects.gear_loss import gear_transmission
 from rcc_sim.physics.effects.headwind import air_speed
 from rcc_sim.physics.effects.iron_loss import iron_torque
 from rcc_sim.physics.effects.longitudinal_slip import slips
-from rcc_sim.physics.effects.motor_efficiency import (
-    conversion_loss,
-    map_efficiency,
-    outside_map,
-)
 from rcc_sim.physics.effects.payload import loaded
 from rcc_sim.physics.effects.rear_cornering_stiffness import rear_stiffness
 from rcc_sim.physics.effects.regeneration_limit import braking_limit
-from rcc_sim.physics.effects.road_grade import grade_force, wheel_load
+from rcc_sim.physics.effects.road_grade import climbed, grade_force, wheel_load
 from rcc_sim.physics.effects.road_load import road_load_force
 from rcc_sim.physics.effects.rolling_resistance import rolling_force
 from rcc_sim.physics.effects.rotor_inertia import reflected_mass
@@ -39,13 +31,8 @@ from rcc_sim.physics.effects.steering_drag import scrub_force
 from rcc_sim.physics.effects.steering_lag import caught_up
 from rcc_sim.physics.effects.wheel_radius import true_radius
 from rcc_sim.physics.effects.yaw_inertia import true_yaw_inertia
-from rcc_sim.physics.extra import EXTRA, act, book_draw
-from rcc_sim.physics.powertrain import (
-    least_torque,
-    motor_brakes,
-    q_current,
-    torque_envelope,
-)
+from rcc_sim.physics.extra import EXTRA, act
+from rcc_sim.physics.powertrain import least_torque, motor_brakes, torque_envelope
 from rcc_sim.physics.slip import count_slip, slide, turn_wheels
 from rcc_sim.units import G
 
@@ -204,14 +191,6 @@ def step(p, c, s, u, f, E, flow, dt):
 
 
 @jit
-def climbed(way, slope):
-    """Height [m] gained over a way [m] along a road; slope = tan θ."""
-    if slope == 0.0:
-        return 0.0
-    return way * slope / math.sqrt(1.0 + slope * slope)
-
-
-@jit
 def advance_place(s, f, dt):
     """Move the place by the velocity at the middle of the step."""
     psi = s.psi + 0.5 * dt * f.r
@@ -359,56 +338,3 @@ def deliver(p, c, u, f, F, losses):
         u.brake = f.k * c.n * (low - losses) - F
     f.T_L = u.tau - losses
     return high
-
-
-@jit
-def mapped_efficiency(p, c, u, f, flow, eta, dt):
-    """Efficiency of motor and inverter [1] during the step; counts where the map ends.
-
-    ``eta`` is the map: torque, speed, efficiency by both.
-    """
-    omega = c.n * f.w
-    if outside_map(u.tau, omega, eta[0], eta[1]):
-        flow.outside += dt
-    scale = p.motor_efficiency.scale
-    return map_efficiency(u.tau, omega, scale, eta[0], eta[1], eta[2])
-
-
-@jit
-def electrify(p, c, u, f, E, flow, eff, dt):
-    """From shaft to battery terminals: P_b = tau ω + 3/2 R I_q² + losses + aux.
-
-    ``eff`` is the efficiency of motor and inverter, beside the single loss terms.
-    """
-    omega = c.n * f.w
-    i_q = q_current(u.tau, c.K_t)
-    share = 1.0
-    if f.moving < dt:
-        share = f.moving / dt
-    P_shaft = u.tau * omega * share
-    P_copper = copper_power(i_q, p.copper_loss.phase_resistance_ohm)
-    P_lost = conversion_loss(P_shaft, eff)
-    P_aux = auxiliary_power(p.auxiliary_load.power_w, u.aux)
-    P = P_shaft + P_copper + P_lost + P_aux
-    if EXTRA:
-        P += f.draw
-    R_i = p.battery_resistance.resistance_ohm
-    i = terminal_current(P, p.battery.u_0, R_i)
-    flow.P_over = max(flow.P_over, P * c.per_P_max)
-    sag = R_i * i * i
-    if c.booked > 0.0:
-        E.copper_loss += P_copper * dt
-        E.motor_efficiency += P_lost * dt
-        E.auxiliary_load += P_aux * dt
-        E.battery_resistance += sag * dt
-        if EXTRA:
-            book_draw(f, E, dt)
-    flow.dt += dt
-    flow.i_q += i_q * dt
-    flow.tau += u.tau * dt
-    flow.P += P * dt
-    flow.i += i * dt
-    flow.u += (p.battery.u_0 - R_i * i) * dt
-    flow.aux += u.aux * dt
-    flow.E += (P + sag) * dt
-    flow.E_abs += abs(P + sag) * dt

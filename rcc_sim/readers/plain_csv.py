@@ -83,9 +83,12 @@ def read(source: Source, columns: ColumnMap | None = None) -> Log:
 
 def shipped_for(source: Source) -> ColumnMap | None:
     """The shipped map whose header the file has."""
-    maps = [m for m in shipped_maps() if m.format == "csv"]
     table = text_table(source)
-    return None if table is None else matching(maps, table.names)
+    return None if table is None else matching(_maps(), table.names)
+
+
+def _maps() -> list[ColumnMap]:
+    return [m for m in shipped_maps() if m.format == "csv"]
 
 
 def _table(source: Source, by: ColumnMap | None) -> TextTable:
@@ -143,8 +146,7 @@ def _counted(
 
 def _unknown(source: Source, table: TextTable) -> InputError:
     names = ", ".join(n for n in table.names[:40] if n)
-    maps = [m for m in shipped_maps() if m.format == "csv"]
-    like = nearest(maps, table.names)
+    like = nearest(_maps(), table.names)
     draft = "--map FILE.toml"
     if like:
         lacks = ", ".join(n for n in like.header if n not in table.names)

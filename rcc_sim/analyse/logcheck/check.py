@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from rcc_sim.analyse.logcheck.blame import blame
 from rcc_sim.analyse.logcheck.channels import (
     clipped,
     clipped_rows,
@@ -26,6 +27,7 @@ from rcc_sim.analyse.logcheck.finding import (
     Columns,
     Finding,
     Mask,
+    by_map,
     is_constant,
 )
 from rcc_sim.analyse.logcheck.glitches import (
@@ -42,8 +44,6 @@ from rcc_sim.analyse.logcheck.rest import biases, late_commands
 from rcc_sim.analyse.logcheck.timebase import TimeBase, missing, time_base
 from rcc_sim.analyse.logcheck.units import (
     beyond_reach,
-    blame,
-    by_map,
     by_size,
     geared,
     net_sign,

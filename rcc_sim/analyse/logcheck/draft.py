@@ -14,8 +14,7 @@ from rcc_sim.analyse.logcheck.reading import check_reading
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
 from rcc_sim.readers import plain_csv
-from rcc_sim.readers.column_map import ColumnMap, map_of, matching, shipped_maps
-from rcc_sim.readers.csv_table import text_table
+from rcc_sim.readers.column_map import map_of
 from rcc_sim.readers.log import Log
 from rcc_sim.readers.suggest import SHORT, Draft, drafted
 from rcc_sim.source import Source
@@ -58,19 +57,14 @@ def checked_draft(
     """
     draft = drafted(source)
     try:
-        draft = _by_command(draft, _read(draft, source).trace, vehicle)
-        findings = check_reading(_read(draft, source), vehicle).findings
+        log = _read(draft, source)
+        by_name, draft = draft, _by_command(draft, log.trace, vehicle)
+        log = log if draft is by_name else _read(draft, source)
+        findings = check_reading(log, vehicle).findings
     except InputError as error:
         return draft, str(error)
     known = [f for f in findings if f.kind in MENDED and f.factor is not None]
     return _mended(draft, {f.channel: f for f in known}), None
-
-
-def shipped_for(source: Source) -> ColumnMap | None:
-    """Return the shipped map by which a CSV file is read as it is, if there is one."""
-    table = text_table(source)
-    maps = [m for m in shipped_maps() if m.format == "csv"]
-    return matching(maps, table.names) if table else None
 
 
 def _read(draft: Draft, source: Source) -> Log:

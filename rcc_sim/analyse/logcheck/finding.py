@@ -114,6 +114,19 @@ class Checked:
 Columns = Mapping[str, Array]
 
 
+def by_map(factor: float, of: str = "") -> str:
+    """Return how a column map mends a channel: by its sign, by its unit or a factor.
+
+    ``of`` names another channel, by whose factor it is mended.
+    """
+    draft = "rccsim convert LOG --suggest-map"
+    if of:
+        entry = f"factor = {factor:.6g}{of}"
+        return f"to mend it, give a --map; write {entry} in what {draft} drafts"
+    entry = "sign = -1" if factor == -1 else f"its unit (a factor of {factor:.6g})"
+    return f"to mend it, give a --map; {draft} --vehicle CAR drafts one with {entry}"
+
+
 def parts(n: int, size: int = SAMPLES) -> list[slice]:
     """Return stretches of at most ``size`` rows in all, spread over ``n`` rows."""
     if n <= size:

@@ -2,7 +2,7 @@
 
 Each relation compares a channel with what other channels say it should be, over short
 means, and gives the factor between the two. A wrong unit or sign shows as the same
-factor in every relation that the channel takes part in (`units.py` puts the blame).
+factor in every relation that the channel takes part in (`blame.py` puts the blame).
 """
 
 from __future__ import annotations

@@ -1,24 +1,21 @@
-"""Units and signs by physics: which mistakes of the channels explain the relations."""
+"""Units and signs that a channel gives away: by its size, its sign, or the vehicle."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
-from math import inf, log
+from math import inf
 
 import numpy as np
 
-from rcc_sim.analyse.logcheck.finding import DROPPED, Array, Columns, Finding, sampled
-from rcc_sim.analyse.logcheck.mistakes import (
-    DEG,
-    DRIVING,
-    RPM,
-    UNITS,
-    Mistake,
-    mistakes,
-    size_of,
-    words_of,
+from rcc_sim.analyse.logcheck.finding import (
+    DROPPED,
+    Array,
+    Columns,
+    Finding,
+    by_map,
+    sampled,
 )
+from rcc_sim.analyse.logcheck.mistakes import DEG, DRIVING, RPM, UNITS, size_of
 from rcc_sim.analyse.logcheck.relation import Means, Relation, slope
 from rcc_sim.definitions.kernel import top_motor_speed
 from rcc_sim.definitions.vehicle import Vehicle
@@ -26,21 +23,6 @@ from rcc_sim.units import G
 
 GEARED = 0.03
 """Share by which a speed may differ from the motor's: what a tyre slips, and wears."""
-
-BROKEN, PRICE, RARE = 5.0, 3.0, 0.5
-"""What a relation costs that does not hold, and a mistake; and how much less it costs
-the more usual it is. A relation that holds costs 1 where it is as far off as it may be:
-one mistake has to mend one, two have to mend two."""
-
-CLASHES = 2
-"""Things that a vehicle's file alone contradicts, from which it is another vehicle's:
-one may be a sensor that no unit explains."""
-
-MOST, KEPT = 6, 40
-"""Mistakes of one log at most, and sets of them that are followed."""
-
-NEAR, UNUSUAL = 0.7, 0.3
-"""How much more another mistake may cost to be named as well, and what is too rare."""
 
 CREEP, REACH = 0.05, 1.3
 """Times the motor's top speed that a drive reaches: at least, and at most, downhill or
@@ -50,256 +32,6 @@ UNSIGNED, BRAKED, LIKE = 0.02, 0.1, 0.7
 """Shares of its largest value: how far below zero a channel without a sign may reach,
 and how far what it should be must, to count as braking. Correlation that is asked for.
 """
-
-
-def blame(
-    found: Sequence[Relation], columns: Columns, vehicle: Vehicle | None
-) -> list[Finding]:
-    """Return the mistakes that together explain the relations best.
-
-    Each mistake has its price, and each relation costs by how far it is off what they
-    make of it: two that hide each other, as km/h and g do in an acceleration, are found
-    at once. Where another would do nearly as well, the doubt is said.
-    """
-    told = {channel for r in found for channel in r.powers}
-    known = [m for m in mistakes(columns, vehicle) if not told.isdisjoint(m.factors)]
-    best = _likeliest(found, known)
-    against = _against_the_file(found, best)
-    if len(against) >= CLASHES:
-        alone = [m for m in best if not _is_of_the_log(m, best, found)]
-        best = tuple(m for m in best if m not in alone)
-    least, factors = _cost(found, best), _factors(best)
-    findings = []
-    for mistake in best:
-        others = tuple(m for m in best if m is not mistake)
-        findings += _told(mistake, others, found, known, least)
-    broken = [r for r in found if not r.allows(_expected(r, factors))]
-    if len(against) >= CLASHES:
-        findings.append(_other_vehicle(against))
-        broken = [r for r in broken if r not in against]
-    return findings + [_odd(r) for r in broken[:3]]
-
-
-def _against_the_file(
-    found: Sequence[Relation], best: Sequence[Mistake]
-) -> list[Relation]:
-    """Return what the vehicle's file alone contradicts, if no mistake of the log can.
-
-    One mistake of a channel explains all that is off by it, and one channel may be in
-    a unit that nobody knows. Where something is left over, those that nothing but the
-    file speaks for are no mistakes of the log.
-    """
-    factors = _factors(best)
-    off = [r for r in found if r.by_vehicle and not r.allows(1.0)]
-    left = [r for r in off if not r.allows(_expected(r, factors))]
-    if not left:
-        return []
-    kept = _factors([m for m in best if _is_of_the_log(m, best, found)])
-    against = [r for r in off if not r.allows(_expected(r, kept))]
-    return [] if _is_one_channel(against) else against
-
-
-def _is_one_channel(off: Sequence[Relation]) -> bool:
-    """Tell whether one channel, by whatever factor, would explain all that is off."""
-    shared = set(off[0].powers).intersection(*(r.powers for r in off)) if off else ()
-    return any(
-        all(s.allows(_expected(s, {channel: factor})) for s in off)
-        for channel in shared
-        for factor in (abs(r.middle) ** (1 / r.powers[channel]) for r in off)
-    )
-
-
-def _is_of_the_log(
-    mistake: Mistake, best: Sequence[Mistake], found: Sequence[Relation]
-) -> bool:
-    """Tell whether a mistake mends anything that no vehicle's file has a say in."""
-    others = _factors([m for m in best if m is not mistake])
-    whole = others | mistake.factors
-    return any(
-        not r.by_vehicle
-        and not r.allows(_expected(r, others))
-        and r.allows(_expected(r, whole))
-        for r in found
-    )
-
-
-def _likeliest(
-    found: Sequence[Relation], known: Sequence[Mistake]
-) -> tuple[Mistake, ...]:
-    """Return the set of mistakes that costs least, the likeliest ``KEPT`` followed."""
-    if all(r.allows(1.0) for r in found):
-        return ()
-    kept: list[tuple[Mistake, ...]] = [()]
-    costs: dict[tuple[Mistake, ...], float] = {(): _cost(found, ())}
-    for _ in range(MOST):
-        wider = {
-            tuple(sorted((*some, m), key=known.index))
-            for some in kept
-            for m in known
-            if all(m.factors.keys().isdisjoint(o.factors) for o in some)
-        }
-        more = {some: _cost(found, some) for some in wider}
-        costs |= more
-        kept = sorted(more, key=lambda some: more[some])[:KEPT]
-        if not kept or more[kept[0]] > min(costs.values()) + BROKEN:
-            break
-    return min(costs, key=lambda some: (costs[some], len(some)))
-
-
-def _factors(some: Sequence[Mistake]) -> dict[str, float]:
-    return {channel: f for m in some for channel, f in m.factors.items()}
-
-
-def _cost(found: Sequence[Relation], some: Sequence[Mistake]) -> float:
-    """Return what mistakes cost, and the relations as they then are."""
-    factors = _factors(some)
-    price = sum(PRICE - RARE * m.prior for m in some)
-    return price + sum(_strain(r, _expected(r, factors)) for r in found)
-
-
-def _strain(relation: Relation, expected: float) -> float:
-    """Return how far a relation is off what mistakes make of it.
-
-    BROKEN at most where a vehicle's file, which may be another's, or a sign alone has a
-    say; channels of one log are off each other by thousands through their units alone.
-    """
-    if not relation.allows(expected):
-        if relation.by_vehicle or np.isinf(relation.loose):
-            return BROKEN
-        off = abs(log(abs(relation.middle / expected)))
-        return BROKEN + max(off - log(relation.loose), 0.0) / log(10)
-    return (log(abs(relation.middle / expected)) / log(relation.loose)) ** 2
-
-
-def _expected(relation: Relation, factors: dict[str, float]) -> float:
-    """Return the factor that known mistakes give a relation; 1 where there are none."""
-    out = 1.0
-    for channel, power in relation.powers.items():
-        out *= factors.get(channel, 1.0) ** power
-    return out
-
-
-def _told(
-    mistake: Mistake,
-    others: tuple[Mistake, ...],
-    found: Sequence[Relation],
-    known: Sequence[Mistake],
-    least: float,
-) -> list[Finding]:
-    """Return the findings of a mistake beside others: one for each of its channels."""
-    taken = _factors(others)
-    near = [
-        m
-        for m in known
-        if m.prior > UNUSUAL
-        and taken.keys().isdisjoint(m.factors)
-        and _cost(found, (*others, m)) < least + NEAR
-    ]
-    rivals = [m for m in near if m.channel not in mistake.factors]
-    units = {m.words for m in near if m.channel == mistake.channel and m.kind == "unit"}
-    or_in = "".join(f", or in {unit}" for unit in sorted(units - {mistake.words}))
-    first = _finding(mistake, mistake.words + or_in, found, taken, rivals)
-    also = [
-        replace(
-            first,
-            channel=channel,
-            what=f"is in {words_of(channel, mistake.factor)}{or_in}, "
-            f"as {mistake.channel} is",
-        )
-        for channel in mistake.also
-    ]
-    return [first, *also]
-
-
-def _finding(
-    mistake: Mistake,
-    words: str,
-    found: Sequence[Relation],
-    factors: dict[str, float],
-    rivals: Sequence[Mistake],
-) -> Finding:
-    trial = factors | mistake.factors
-    mine = [r for r in found if not mistake.factors.keys().isdisjoint(r.powers)]
-    mended = [
-        r
-        for r in mine
-        if r.allows(_expected(r, trial)) and not r.allows(_expected(r, factors))
-    ]
-    witness = mended or mine
-    verb = {"sign": "has", "unit": "is in"}.get(mistake.kind, "is")
-    what = f"{verb} {words}"
-    seen = "; ".join(
-        f"{r.what}: {_factor(r, _expected(r, factors))}" for r in witness[:2]
-    )
-    what += f" ({seen})"
-    if rivals:
-        others = {f"{r.channel} ({r.words})" for r in rivals}
-        what += f"; or it is {', '.join(sorted(others))}"
-    strength = max(abs(r.correlation) for r in witness)
-    sure = (0.98 if len(witness) > 1 else 0.9) * min(1.0, 0.6 + 0.4 * strength)
-    mend = 1 / mistake.factor
-    of = " of motor_speed_erpm" if mistake.kind == "poles" else ""
-    action = f"{DROPPED}; {by_map(mend, of)}"
-    if mistake.kind == "unit" and any("motor_speed_radps" in r.powers for r in witness):
-        action += ", unless the vehicle file's gear, tyre or poles are another car's"
-    return Finding(
-        mistake.kind,
-        mistake.channel,
-        what,
-        sure=round(sure / (1 + len({r.channel for r in rivals}) * 0.5), 2),
-        action=action,
-        severity="error",
-        factor=mend,
-    )
-
-
-def by_map(factor: float, of: str = "") -> str:
-    """Return how a column map mends a channel: by its sign, by its unit or a factor.
-
-    ``of`` names another channel, by whose factor it is mended.
-    """
-    draft = "rccsim convert LOG --suggest-map"
-    if of:
-        entry = f"factor = {factor:.6g}{of}"
-        return f"to mend it, give a --map; write {entry} in what {draft} drafts"
-    entry = "sign = -1" if factor == -1 else f"its unit (a factor of {factor:.6g})"
-    return f"to mend it, give a --map; {draft} --vehicle CAR drafts one with {entry}"
-
-
-def _factor(relation: Relation, expected: float = 1.0) -> str:
-    """Return how a relation is off what other mistakes make of it."""
-    off = relation.middle / expected
-    if np.isinf(relation.loose):
-        return "opposite" if off < 0 else "alike"
-    return f"{off:.3g} times what it should be"
-
-
-def _odd(relation: Relation) -> Finding:
-    channel = next(iter(relation.powers))
-    alone = relation.powers.keys() == {"battery_voltage_v"}
-    return Finding(
-        "other_battery" if alone else "inconsistent",
-        channel,
-        f"{relation.what}: {_factor(relation)}, and no usual unit or sign explains it",
-        sure=round(0.8 * abs(relation.correlation), 2),
-        action="used as it is; was it this vehicle that drove?"
-        if alone
-        else "used as it is; look at " + " and ".join(relation.powers),
-        severity="warning",
-    )
-
-
-def _other_vehicle(against: Sequence[Relation]) -> Finding:
-    """Return the finding of a log that contradicts its vehicle's file in many ways."""
-    seen = "; ".join(f"{r.what}: {_factor(r)}" for r in against[:3])
-    return Finding(
-        "other_vehicle",
-        "log",
-        f"and vehicle file contradict each other in {len(against)} ways ({seen})",
-        sure=0.9,
-        action="used as it is; was it this vehicle that drove?",
-        severity="warning",
-    )
 
 
 def geared(

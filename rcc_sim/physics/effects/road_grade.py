@@ -23,6 +23,14 @@ def wheel_load(m, slope):
     return m * G / math.sqrt(1.0 + slope * slope)
 
 
+@jit
+def climbed(way, slope):
+    """Height [m] gained over a way [m] along a road; slope = tan θ."""
+    if slope == 0.0:
+        return 0.0
+    return way * slope / math.sqrt(1.0 + slope * slope)
+
+
 EFFECT = Effect(
     id="road_grade",
     title="slope of the road",
