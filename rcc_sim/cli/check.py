@@ -13,6 +13,7 @@ from rcc_sim.cli.complete import vehicle_names
 from rcc_sim.cli.fleets import Asked, By, Each, List, one_log, run_fleet
 from rcc_sim.cli.logs import Map, Reader, keep
 from rcc_sim.cli.output import Csv, Json, Output, emit, say, say_error
+from rcc_sim.cli.overrides import vehicle_of
 
 if TYPE_CHECKING:
     from rcc_sim.analyse.logcheck import Checked
@@ -114,11 +115,10 @@ def _checked(
 ) -> tuple[list[Checked], list[tuple[str, InputError]]]:
     """Return what was found in each log, and the logs that cannot be read at all."""
     from rcc_sim.analyse.logcheck import check_reading
-    from rcc_sim.definitions.vehicle import load_vehicle
     from rcc_sim.errors import InputError
     from rcc_sim.readers import read_log
 
-    judge = load_vehicle(vehicle) if vehicle else None
+    judge = vehicle_of(vehicle) if vehicle else None
     found, broken = [], []
     for log in logs:
         try:

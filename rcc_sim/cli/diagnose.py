@@ -39,12 +39,14 @@ from rcc_sim.cli.output import (
     Csv,
     Json,
     Output,
+    Text,
     atomic,
     emit,
     not_foreign,
     one_format,
     say,
 )
+from rcc_sim.cli.overrides import vehicle_of
 from rcc_sim.errors import InputError, did_you_mean
 
 if TYPE_CHECKING:
@@ -142,10 +144,7 @@ def diagnose(
     jobs: Jobs = 1,
     dask: Dask = None,
     output: Output = None,
-    text: Annotated[
-        bool,
-        typer.Option("--text", help="Print the screen where piped, too, or to -o."),
-    ] = False,
+    text: Text = False,
     csv: Csv = False,
     json: Json = False,
 ) -> None:
@@ -178,10 +177,7 @@ def diagnose(
         _fleet(asked, options)
         return
     one_log(asked)
-    one_format(json=json, csv=csv)
-    if text and (json or csv):
-        what = f"--text and --{'json' if json else 'csv'}: one of them"
-        raise InputError(what, "what --html writes is for people, too")
+    one_format(json=json, csv=csv, text=text)
     logs, back, on_stand = logs or [], back or [], on_stand or []
     inputs = [*logs, *back, *on_stand, *(holdout or []), *(repeats or [])]
     once(inputs)
@@ -233,11 +229,10 @@ def _found(
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the logs keep the cores busy
     from rcc_sim.analyse.logged import open_log
     from rcc_sim.cli.progress import told
-    from rcc_sim.definitions.vehicle import load_vehicle
     from rcc_sim.diagnose.run import diagnose
 
     gc.freeze()  # what was imported stays: no need to look through it again and again
-    car = load_vehicle(vehicle)
+    car = vehicle_of(vehicle)
     for name in withhold:
         if name not in car.effects:
             what = f"--withhold {name}: {car.name} does not have it"

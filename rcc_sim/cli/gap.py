@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -34,7 +35,20 @@ from rcc_sim.cli.logs import (
     tell_notes,
     write_page,
 )
-from rcc_sim.cli.output import Csv, Json, Output, emit, say
+from rcc_sim.cli.output import (
+    Csv,
+    Json,
+    Output,
+    Text,
+    atomic,
+    emit,
+    one_format,
+    printable,
+    readable,
+    say,
+)
+from rcc_sim.cli.overrides import vehicle_of
+from rcc_sim.cli.table import print_table
 
 if TYPE_CHECKING:
     from rcc_sim.analyse.gap import Gap
@@ -85,6 +99,7 @@ def gap(
     jobs: Jobs = 1,
     dask: Dask = None,
     output: Output = None,
+    text: Text = False,
     csv: Csv = False,
     json: Json = False,
 ) -> None:
@@ -107,11 +122,13 @@ def gap(
                 "--repeats": repeats,
                 "--span": span,
                 "--plot": plot,
+                "--text": text,
             }
         )
         _fleet(asked, {"vehicle": vehicle, "hide": hide, "reader": reader, "map": map_})
         return
     log = one_log(asked)
+    one_format(json=json, csv=csv, text=text)
     read = [log, vehicle, *(repeats or [])]
     once([log, *(repeats or [])])
     keep(read, {"--plot": plot, "--html": html, "--output": output})
@@ -127,7 +144,7 @@ def gap(
         from rcc_sim.report.gap_page import gap_page
 
         write_page(gap_page(found, read), html)
-    _deliver(found, vehicle, output, csv=csv, json=json)
+    _deliver(found, vehicle, output, text=text, csv=csv, json=json)
 
 
 def _fleet(asked: Asked, options: dict[str, Any]) -> None:
@@ -146,9 +163,8 @@ def _found(
     from rcc_sim.analyse.gap import gap
     from rcc_sim.analyse.logged import open_log
     from rcc_sim.cli.progress import progress
-    from rcc_sim.definitions.vehicle import load_vehicle
 
-    car = load_vehicle(vehicle)
+    car = vehicle_of(vehicle)
     logged = open_log(log, car, **how, **once_only)
     others = [open_log(name, car, **how).log for name in repeats]
     with progress("replaying", len(logged.log)) as tell:
@@ -156,14 +172,21 @@ def _found(
 
 
 def _deliver(
-    found: Gap, vehicle: str, output: Path | None, *, csv: bool, json: bool
+    found: Gap,
+    vehicle: str,
+    output: Path | None,
+    *,
+    text: bool,
+    csv: bool,
+    json: bool,
 ) -> None:
     from rcc_sim.analyse import gap_report as report
 
     say(report.headline(found, vehicle))
     tell_notes([("", notes_of(found.findings, found.notes))])
-    if output is None and sys.stdout.isatty() and not (json or csv):
-        for title, table in report.tables(found):
-            emit(None, table, title=title)
+    if text or (output is None and sys.stdout.isatty() and not (json or csv)):
+        with nullcontext(sys.stdout) if output is None else atomic(output) as file:
+            for title, table in report.tables(found):
+                print_table(table, title, readable, printable, file)
         return
     emit(report.document(found), report.rows(found), json=json, csv=csv, output=output)

@@ -47,6 +47,10 @@ def not_foreign(path: Path | None) -> Path | None:
 Rows = Sequence[Mapping[str, Any]]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 Csv = Annotated[bool, typer.Option("--csv", help="Print CSV (the default when piped).")]
+Text = Annotated[
+    bool,
+    typer.Option("--text", help="Print what a terminal shows where piped, or to -o."),
+]
 Output = Annotated[
     Path | None,
     typer.Option(
@@ -59,10 +63,13 @@ Output = Annotated[
 ]
 
 
-def one_format(*, json: bool, csv: bool) -> None:
-    """Raise if both formats are asked for: before long work, rather than after."""
-    if json and csv:
-        raise InputError("--json and --csv: one of them")
+def one_format(*, json: bool, csv: bool, text: bool = False) -> None:
+    """Raise if two formats are asked for: before long work, rather than after."""
+    asked = {"--text": text, "--json": json, "--csv": csv}
+    given = [option for option, is_asked in asked.items() if is_asked]
+    if len(given) > 1:
+        hint = "what --html writes is for people, too" if text else ""
+        raise InputError(f"{' and '.join(given)}: one of them", hint)
 
 
 def emit(

@@ -53,6 +53,22 @@ Own = Annotated[
 ]
 
 
+def vehicle_of(name: str) -> Vehicle:
+    """Load a vehicle, and tell which of its figures no car of any size has."""
+    from rcc_sim.definitions.vehicle import load_vehicle
+
+    return _looked_at(load_vehicle(name))
+
+
+def _looked_at(vehicle: Vehicle) -> Vehicle:
+    from rcc_sim.cli.output import say
+    from rcc_sim.similitude.unlikely import unlikely
+
+    for what, hint in unlikely(vehicle):
+        say(f"note: {vehicle.where}: {what} ({hint})")
+    return vehicle
+
+
 def changed_vehicle(
     name: str,
     settings: list[str] | None,
@@ -65,7 +81,7 @@ def changed_vehicle(
 
     vehicle = load_vehicle(name)
     if not (settings or added or removed or files):
-        return vehicle
+        return _looked_at(vehicle)
     if files:
         vehicle = vehicle.changed(files=tuple(files))
     effects: dict[str, dict[str, Any]] = {}
@@ -92,7 +108,7 @@ def changed_vehicle(
                 f"{own.where}: {own.effect.id} is not switched on",
                 f"--with {own.effect.id}:{param}=VALUE does",
             )
-    return changed
+    return _looked_at(changed)
 
 
 def _blamed(error: InputError, vehicle: Vehicle, given: dict[str, str]) -> InputError:

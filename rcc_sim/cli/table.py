@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import IO, Any
 
 FEW = 60
 """Rows that are shown in full."""
@@ -22,9 +22,13 @@ GAP = 2
 
 
 def print_table(
-    rows: Sequence[Mapping[str, Any]], title: str, readable: Any, printable: Any
+    rows: Sequence[Mapping[str, Any]],
+    title: str,
+    readable: Any,
+    printable: Any,
+    file: IO[str] | None = None,
 ) -> None:
-    """Print rows to the terminal; a single one downwards, many only in part.
+    """Print rows to the terminal, or a file; one downwards, many only in part.
 
     Columns without any entry are left out. A number is never cut: text is folded
     first, and where that does not do, each row is printed downwards.
@@ -32,7 +36,7 @@ def print_table(
     from rich.console import Console
     from rich.text import Text
 
-    console = Console()
+    console = Console(file=file)
     if title:
         console.print(Text(printable(title), style="bold"))
     if not rows:

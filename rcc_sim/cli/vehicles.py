@@ -74,9 +74,12 @@ def validate(
     csv: Csv = False,
     output: Output = None,
 ) -> None:
-    """Check vehicle files and list all that is wrong; exit 1 if anything is."""
-    from rcc_sim.definitions.faults import report
+    """Check vehicle files and list all that is wrong; exit 1 if anything is.
+
+    What no car of any size has, a slip of a unit likely, is told of a sound file too.
+    """
     from rcc_sim.errors import CheckFailed
+    from rcc_sim.similitude.unlikely import report
 
     rows = report(files)
     emit(rows, rows, json=json, csv=csv, output=output)

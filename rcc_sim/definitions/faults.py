@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -44,28 +44,6 @@ def vehicle_faults(name: str | Path) -> list[InputError]:
         return [fault]
     faults = [*_table_faults(raw, str(path)), *_effect_faults(raw, path)]
     return faults or _faults_together(raw, path)
-
-
-def report(names: Sequence[str]) -> list[dict[str, Any]]:
-    """Return one row for each fault of each vehicle, and one for each sound vehicle.
-
-    Returns
-    -------
-    rows : list of dict
-        File, whether it is sound, the problem, and a hint; a name that is nowhere is
-        a problem like any other.
-    """
-    rows = []
-    for name in names:
-        try:
-            faults = vehicle_faults(name)
-        except InputError as fault:
-            faults = [fault]
-        rows += [
-            {"file": name, "sound": False, "problem": str(f), "hint": f.hint}
-            for f in faults
-        ] or [{"file": name, "sound": True, "problem": "", "hint": ""}]
-    return rows
 
 
 def _table_faults(raw: dict[str, Any], where: str) -> Iterator[InputError]:

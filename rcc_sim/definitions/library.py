@@ -9,6 +9,7 @@ a name that is not there.
 from __future__ import annotations
 
 import os
+import re
 import tomllib
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -295,12 +296,19 @@ def _existing(path: Path) -> Path:
     return path
 
 
+def _parts(name: str) -> set[str]:
+    """Return the words of a name: r1t and epa of r1t_epa."""
+    return set(re.split(r"[\W_]+", name.lower())) - {""}
+
+
 def _unknown(kind: str, name: str, entries: list[Entry]) -> InputError:
     """The error for a name that no place has."""
     from difflib import get_close_matches
 
     known = [entry.name for entry in entries]
-    close = get_close_matches(name.lower(), known, n=3, cutoff=0.6)
+    asked = name.lower()
+    close = get_close_matches(asked, known, n=3, cutoff=0.6)
+    close = close or [c for c in known if _parts(c) & _parts(asked)]
     like = f"did you mean {' or '.join(f'`{c}`' for c in close)}? " if close else ""
     there = f"there are {', '.join(known)}" if known else "none was found in any folder"
     hint = f"{like}{there}; a path to a file serves too"

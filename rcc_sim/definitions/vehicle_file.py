@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,17 @@ from rcc_sim.errors import InputError
 from rcc_sim.physics.effects import EFFECTS
 
 LARGEST_FILE = 1_000_000  # bytes; a vehicle is a page or two of text
+
+MENDS = (
+    (re.compile(r"=\s*([+-]?\d+),(\d+)"), r"a decimal point: \1.\2"),
+    (re.compile(r"=\s*([+-]?)(\.\d+)"), r"a digit before the point: \g<1>0\2"),
+    (
+        re.compile(r"=\s*([+-]?\d[\d.eE+-]*)\s*[^\W\d]"),
+        r"a number alone: \1; its key names the unit",
+    ),
+    (re.compile(r"=\s*([^\W\d]\w*)\s*$"), r'text in quotes: "\1"'),
+)
+"""What a line that is not TOML looks like, and its likely mend."""
 
 
 def resolved(path: Path, seen: tuple[Path, ...] = ()) -> dict[str, Any]:
@@ -95,10 +107,24 @@ def _read_toml(path: Path) -> dict[str, Any]:
     if not data.strip():
         raise InputError(f"{path}: the file is empty", "`rccsim vehicles new` helps")
     try:
-        return tomli.loads(data.decode("utf-8-sig"))
+        text = data.decode("utf-8-sig")
+        return tomli.loads(text)
     except UnicodeDecodeError:
         raise InputError(f"{path}: not text in UTF-8", "is this a TOML file?") from None
     except tomli.TOMLDecodeError as error:
-        raise InputError(f"{path}: not TOML: {error}") from None
+        line = text.split("\n")[error.lineno - 1]
+        raise InputError(f"{path}: not TOML: {error}", _mend_of(line)) from None
     except RecursionError:
         raise InputError(f"{path}: not TOML: nested too deeply") from None
+
+
+def _mend_of(line: str) -> str:
+    """Return the likely mend of a line that is not TOML; empty if none is known.
+
+    >>> _mend_of("mass_kg = 3,78")
+    'a decimal point: 3.78'
+    """
+    for pattern, mend in MENDS:
+        if found := pattern.search(line):
+            return found.expand(mend)
+    return ""

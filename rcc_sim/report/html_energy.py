@@ -82,7 +82,7 @@ def cause_steps(report: Report) -> Sequence[tuple[str, float]]:
     if prices is None:
         return []
     steps = [(effect_title(name), wh) for name, wh in prices.causes.items()]
-    return [*steps, ("figures of the file that moved", prices.figures_wh)]
+    return [*steps, ("shifts of stated figures", prices.figures_wh)]
 
 
 def where(report: Report) -> Markup:

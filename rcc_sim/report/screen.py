@@ -33,7 +33,7 @@ from rcc_sim.report.text import (
     short,
     sparkline,
 )
-from rcc_sim.report.verdict import judged, these
+from rcc_sim.report.verdict import OTHER, judged, these
 
 WORDS = {
     "no_gap": "no gap beyond what tolerances and noise explain",
@@ -105,7 +105,9 @@ def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
     if regimes:
         told = (f"{r.regime.replace('_', ' ')} {_wh(r.gap_wh)}" for r in regimes)
         yield "WHERE", of_one + ", ".join(told)
-    yield "VERDICT", _verdict(found)
+    doubtful = [*doubts(found)]
+    whose = f"; {OTHER}" * any(OTHER in why for _, why in doubtful)
+    yield "VERDICT", _verdict(found) + whose
     for a in found.asserted:
         yield "CAUSE", _cause(a, len(found.gaps))
         yield from (("", text) for text in _each(found, a))
@@ -121,7 +123,7 @@ def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
         yield from ((word, of_one + text) for word, text in _ledger(found))
     elif found.kept_back:
         yield "PROOF", f"there is no cause to hold against {_held_out(found)}"
-    yield from doubts(found)
+    yield from doubtful
     if found.left.is_real:
         left = found.left
         yield (
@@ -196,7 +198,7 @@ def _verdict(found: Diagnosis) -> str:
     if found.status == "no_gap" and False in energies:
         told = told.replace("no gap", "no cause: no gap row by row") + f"; {RARE}"
     elif found.status != "no_gap" and all(energies):
-        told += "; what tolerances allow is enough for its energy, not for its course"
+        told += "; its energy is within what the file's sds allow, its course is not"
     least = min((a.probability for a in found.asserted), default=1.0)
     if least < SURE:
         sure = "not for sure" if least > EVEN else "no likelier than not"
@@ -318,7 +320,7 @@ def _ledger(found: Diagnosis) -> Iterator[tuple[str, str]]:
     how = "by the motion alone: " * found.proof.by_torque
     steps = [f"{name} {_wh(wh)}" for name, wh in prices.causes.items()]
     steps += [
-        f"stated figures that moved {_wh(prices.figures_wh)}",
+        f"shifts of stated figures {_wh(prices.figures_wh)}",
         f"unexplained {_wh(prices.unexplained_wh)}",
     ]
     yield "ENERGY", how + ", ".join(steps)

@@ -140,16 +140,29 @@ def battery_power_limit(vehicle: Vehicle) -> float:
 
 
 def _voltage_speed(vehicle: Vehicle) -> float:
-    r"""Return the no-load speed of the battery's voltage [rad/s]; inf if unknown.
+    """Return the no-load speed of the battery's voltage [rad/s]; inf if unknown.
 
-    From the motor's KV; without it from :math:`V/\sqrt 3 = N_p/2 \lambda \omega`.
+    From the motor's KV, which was measured; without it from the flux linkage.
+    """
+    by_constant = speed_by_constant(vehicle)
+    return by_constant if math.isfinite(by_constant) else speed_by_linkage(vehicle)
+
+
+def speed_by_constant(vehicle: Vehicle) -> float:
+    """Return the no-load speed by the motor's KV [rad/s]; inf if unknown."""
+    voltage, motor = open_circuit_voltage(vehicle), vehicle.motor
+    if voltage is None or motor.velocity_constant_rpm_per_v is None:
+        return math.inf
+    return voltage * motor.velocity_constant_rpm_per_v.value * RADPS_PER_RPM
+
+
+def speed_by_linkage(vehicle: Vehicle) -> float:
+    r"""Return the no-load speed by the flux linkage [rad/s]; inf if unknown.
+
+    .. math:: V/\sqrt 3 = N_p/2 \lambda \omega
     """
     voltage, motor = open_circuit_voltage(vehicle), vehicle.motor
-    if voltage is None:
-        return math.inf
-    if motor.velocity_constant_rpm_per_v is not None:
-        return voltage * motor.velocity_constant_rpm_per_v.value * RADPS_PER_RPM
-    if motor.poles is None or motor.flux_linkage_wb is None:
+    if voltage is None or motor.poles is None or motor.flux_linkage_wb is None:
         return math.inf
     return voltage / math.sqrt(3) / (motor.poles / 2 * motor.flux_linkage_wb.value)
 

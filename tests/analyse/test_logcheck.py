@@ -42,7 +42,7 @@ def test_a_sound_log_earns_nothing_above_a_note(drive, noise, judged):
     assert checked.rate == pytest.approx(drive[2], rel=0.01)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     drive=st.sampled_from(FEW),
     seed=st.integers(0, 10_000),
@@ -246,7 +246,7 @@ def test_rows_in_no_order_are_to_be_put_in_order():
     assert "in the order in which they were measured" in finding.action
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.lists(st.floats(allow_infinity=False, width=32), min_size=20, max_size=200))
 def test_whatever_the_stamps_the_rows_kept_increase(stamps):
     stamps = np.array(stamps)
@@ -404,7 +404,26 @@ def test_one_channel_in_no_known_unit_is_no_other_vehicle():
     columns.pop("battery_power_w", None)
     checked = check_log(Trace(columns, name="log"), car)
     assert not found(checked, "other_vehicle", "log")
-    assert found(checked, "other_battery", "battery_voltage_v")
+    (finding,) = found(checked, "other_battery", "battery_voltage_v")
+    assert "tenths of a volt" in finding.action and "factor of 0.1" in finding.action
+
+
+@pytest.mark.parametrize(
+    ("factor", "kind"), [(1.0, ""), (1000.0, "unit"), (10.0, "other_battery")]
+)
+def test_a_voltage_that_never_changes_is_judged_by_the_file(factor, kind):
+    log, car = logged(*CAR, noise=0.0), load_vehicle("rcc")
+    stiff = np.full(len(log), 12.0 * factor)
+    columns = {"time_s": log["time_s"], "speed_mps": log["speed_mps"]}
+    columns["battery_power_w"] = 12.0 * log["battery_current_a"]
+    columns["battery_current_a"] = log["battery_current_a"]
+    columns["battery_voltage_v"] = stiff
+    checked = check_log(Trace(columns, name="log"), car)
+    told = [f for f in checked.findings if f.channel == "battery_voltage_v"]
+    assert [f.kind for f in told if f.severity != "info"] == [kind] * bool(kind)
+    if kind == "unit":
+        assert told[0].factor == pytest.approx(1e-3)
+        assert not found(checked, "unit", "battery_power_w")
 
 
 @pytest.mark.parametrize("by_power", [True, False], ids=["power", "volts_amperes"])

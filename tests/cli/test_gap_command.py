@@ -107,6 +107,17 @@ def test_a_pipe_gets_csv_and_the_verdict_goes_to_stderr(drive):
     assert "gap" in done.stderr and "u_val" in done.stderr
 
 
+def test_the_tables_of_a_terminal_can_be_piped_and_written(drive, tmp_path):
+    out = tmp_path / "gap.txt"
+    piped = rccsim("gap", drive, "--vehicle", "rcc", "--text").stdout
+    rccsim("gap", drive, "--vehicle", "rcc", "--text", "-o", out)
+    assert piped.startswith("By channel")
+    assert out.read_text() == piped
+    both = rccsim("gap", drive, "--vehicle", "rcc", "--text", "--json")
+    assert both.returncode == 2
+    assert both.stderr.startswith("error: --text and --json: one of them")
+
+
 def test_a_plot_is_drawn(drive, tmp_path):
     picture = tmp_path / "gap.svg"
     done = rccsim("gap", drive, "--vehicle", "rcc", "--plot", picture, "--json")

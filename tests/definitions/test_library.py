@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from rcc_sim.definitions import library
+from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.errors import InputError
 
 CSV = (".csv", ".csv.gz")
@@ -156,3 +157,28 @@ def test_the_library_starts_without_numpy_or_pandas():
     )
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=False)
     assert done.returncode == 0
+
+
+@pytest.mark.parametrize("asked", ["rivian_r1t", "R1T EPA", "r1t-epa"])
+def test_a_name_that_shares_a_word_is_asked_about(asked):
+    with pytest.raises(InputError) as caught:
+        load_vehicle(asked)
+    assert "did you mean `r1t" in caught.value.hint
+
+
+@pytest.mark.parametrize(
+    ("line", "mend"),
+    [
+        ("mass_kg = 3,78", "3.78"),
+        ("mass_kg = { value = -3,78, sd = 1 }", "-3.78"),
+        ("mass_kg = .5", "0.5"),
+        ("mass_kg = 3.78 kg", "a number alone: 3.78"),
+        ("name = rcc", '"rcc"'),
+    ],
+)
+def test_a_slip_of_toml_is_told_with_its_mend(tmp_path, line, mend):
+    path = tmp_path / "mine.toml"
+    path.write_text(f"[vehicle]\n{line}\n")
+    with pytest.raises(InputError) as caught:
+        load_vehicle(path)
+    assert "not TOML" in str(caught.value) and mend in caught.value.hint

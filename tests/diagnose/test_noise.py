@@ -21,7 +21,7 @@ def correlation(w, lag):
     return float(np.corrcoef(w[:-lag], w[lag:])[0, 1])
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 @given(memory=st.floats(0.0, 0.95), seed=st.integers(0, 99))
 def test_noise_that_remembers_is_whitened(memory, seed):
     e = autocorrelated(memory, np.random.default_rng(seed))

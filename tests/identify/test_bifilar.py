@@ -175,7 +175,7 @@ def test_a_gap_of_three_periods_does_not_split_a_swing():
     assert len(oscillation_period(t[keep], rate[keep]).swings) == 2
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(scale=st.floats(1e-3, 1e3))
 def test_the_period_does_not_depend_on_the_unit_of_the_rate(scale):
     t, rate = gyro_log(20, seed=3)

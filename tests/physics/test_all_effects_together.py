@@ -45,7 +45,7 @@ def driven(effects, speeds, lanes, imposed, engine="compiled"):
     return simulate(car(effects), cycle, **options)
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 @given(some_effects(), drives, st.booleans(), st.booleans())
 def test_the_ledger_closes_with_any_effects(effects, speeds, lanes, imposed):
     run = driven(effects, speeds, lanes, imposed)
@@ -54,7 +54,7 @@ def test_the_ledger_closes_with_any_effects(effects, speeds, lanes, imposed):
     assert (np.diff(run.trace["distance_m"]) >= 0).all()
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(some_effects(), drives, st.booleans(), st.booleans())
 def test_plain_python_and_machine_code_agree_with_any_effects(
     effects, speeds, lanes, imposed
@@ -68,7 +68,7 @@ def test_plain_python_and_machine_code_agree_with_any_effects(
         assert np.array_equal(one.trace[column], two.trace[column]), column
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(
     stiffness=st.floats(5e4, 1e7),
     slope=st.floats(-0.1, 0.1),

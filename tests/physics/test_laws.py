@@ -66,7 +66,7 @@ effects = st.fixed_dictionaries(
 drives = st.lists(st.floats(0, 9), min_size=2, max_size=8)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(effects=effects, speeds=drives, lanes=st.sampled_from([None, 3.0, 8.0]),
        imposed=st.booleans())  # fmt: skip
 def test_the_ledger_closes_for_any_car_and_drive(effects, speeds, lanes, imposed):

@@ -64,7 +64,7 @@ def test_scipy_integrates_the_same_wheels():
     assert np.abs(step["speed_mps"] - theirs[1])[10:].max() < 5e-3
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     stiffness=st.floats(20, 1e6),
     inertia=st.floats(1e-6, 1e-5),

@@ -15,6 +15,7 @@ from rcc_sim.diagnose.knobs import Knob
 from rcc_sim.diagnose.pulls import moved, moved_together
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.report.doubts import doubts, moved_figures
+from rcc_sim.report.screen import screen
 from rcc_sim.report.verdict import verdict_of
 from rcc_sim.simulate.run import LaneChanges, simulate
 from rcc_sim.trace import Trace
@@ -129,3 +130,5 @@ def test_a_wrong_vehicle_is_asked_for_and_its_file_is_not_blamed():
     found = diagnose([Logged(log, (), None)], load_vehicle("tesla_model_3"))
     assert max(map(abs, found.document()["moved"].values())) > 10
     assert verdict_of(found.document()).endswith("was it this vehicle that drove?")
+    verdict = next(line for line in screen(found, 200) if line.startswith("VERDICT"))
+    assert verdict.endswith("was it this vehicle that drove?")

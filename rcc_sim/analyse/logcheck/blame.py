@@ -22,6 +22,9 @@ CLASHES = 2
 """Things that a vehicle's file alone contradicts, from which it is another vehicle's:
 one may be a sensor that no unit explains."""
 
+TENTHS = 8.0, 12.5
+"""Times a file's voltage, between which a log's may be in tenths of a volt."""
+
 MOST, KEPT = 6, 40
 """Mistakes of one log at most, and sets of them that are followed."""
 
@@ -239,12 +242,15 @@ def _factor(relation: Relation, expected: float = 1.0) -> str:
 def _odd(relation: Relation) -> Finding:
     channel = next(iter(relation.powers))
     alone = relation.powers.keys() == {"battery_voltage_v"}
+    whose = "was it this vehicle that drove?"
+    if TENTHS[0] < relation.middle < TENTHS[1]:
+        whose += f" If a VESC sent tenths of a volt: {by_map(0.1)}"
     return Finding(
         "other_battery" if alone else "inconsistent",
         channel,
         f"{relation.what}: {_factor(relation)}, and no usual unit or sign explains it",
         sure=round(0.8 * abs(relation.correlation), 2),
-        action="used as it is; was it this vehicle that drove?"
+        action=f"used as it is; {whose}"
         if alone
         else "used as it is; look at " + " and ".join(relation.powers),
         severity="warning",

@@ -59,6 +59,9 @@ SURE = 5.0
 LARGEST = 1e30
 """Beyond this a reading is as good as infinite. [the column's unit]"""
 
+MAY_STAY = "on_stand", "battery_voltage_v"
+"""What tells something though it stays the same: a stiff battery's volts are judged."""
+
 FEWEST = 3
 """Rows below which a table is no log."""
 
@@ -235,10 +238,10 @@ def _together(
     if twin:  # one reading, told twice
         del live["motor_speed_radps"]
     clocks = offsets(seconds, live)
-    stand = {c: columns[c] for c in ("on_stand",) if c in columns}
-    windows = means(seconds, live | stand)
+    stays = {c: columns[c] for c in MAY_STAY if c in columns}
+    windows = means(seconds, stays | live)
     known = relations(windows, vehicle)
-    findings = _in_step(blame(known, _timed(live), vehicle), clocks) + clocks
+    findings = _in_step(blame(known, _timed(live | stays), vehicle), clocks) + clocks
     if twin:
         what = "is wrong as speed_mps is: both are of motor_speed_erpm"
         findings += [

@@ -94,7 +94,7 @@ def _stated(
         if ratio != 0:
             out.append(
                 Relation(
-                    "battery voltage against the vehicle file's",
+                    "against the vehicle file's voltage",
                     {"battery_voltage_v": 1},
                     ratio,
                     ratio,
