@@ -11,7 +11,7 @@ import numpy as np
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.problem import Problem
 from rcc_sim.diagnose.shapes import BEYOND_SHAFT
-from rcc_sim.diagnose.sizes import size_of, stiffest, tells_slip
+from rcc_sim.diagnose.sizes import size_of, small_changes, stiffest, tells_slip
 from rcc_sim.errors import InputError
 from rcc_sim.physics.effect import Effect, Param, meant
 from rcc_sim.units import unit_of
@@ -315,7 +315,7 @@ def search_of(problem: Problem, effect: Effect, param: Param) -> Search:
         low = min(low, high)
         grid = tuple(x for x in grid if x < high) or (high,)
     a, b = param.typical
-    small = problem.small.get(unit_of(param.name))
+    small = small_changes(problem).get(unit_of(param.name))
     least, sd = 0.0, inf
     if stated and neutral and not grid and unit_of(param.name) in MEASURED:
         ends = sorted((neutral / WITHIN, neutral * WITHIN))

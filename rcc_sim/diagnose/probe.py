@@ -29,6 +29,7 @@ from rcc_sim.diagnose.noise import (
     weights,
 )
 from rcc_sim.diagnose.profile import Profile, shares
+from rcc_sim.diagnose.sizes import small_changes
 from rcc_sim.diagnose.strengths import (
     Prior,
     Weighed,
@@ -315,4 +316,4 @@ class Probe:
 
 def probe_size(engine: Engine, key: str) -> float:
     """A small change of a figure, for a vehicle of any size."""
-    return engine.problems[0].small.get(unit_of(key), 0.005)
+    return small_changes(engine.problems[0]).get(unit_of(key), 0.005)

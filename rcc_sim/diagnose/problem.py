@@ -32,7 +32,6 @@ from rcc_sim.simulate.drive import Drive, integral_of, is_surveyed
 from rcc_sim.simulate.replay import FREE, Recalls, replay
 from rcc_sim.simulate.smooth import interval_of
 from rcc_sim.trace import Trace
-from rcc_sim.units import RHO_AIR, G
 
 Array = NDArray[np.float64]
 
@@ -347,29 +346,6 @@ class Problem:
         if self.drive.imposed or throttle is None:
             return np.zeros(len(self.log), dtype=bool)
         return np.asarray((throttle == 0) & (self.log["speed_mps"] == 0))
-
-    @cached_property
-    def small(self) -> dict[str, float]:
-        """Unit of a figure -> a change of it worth 1 % of weight, or of the power."""
-        vehicle, speed = self.vehicle, max(float(self.speed.max()), 0.1)
-        lever = vehicle.tyres.radius_m.value / vehicle.drivetrain.gear_ratio.value
-        mass = vehicle.body.mass_kg.value
-        force = 0.01 * mass * G
-        power = 0.01 * float(np.nanmax(np.abs(self.nominal["battery_power_w"]))) or 1.0
-        sizes = {
-            "N": force,
-            "N m": force * lever,
-            "N m s/rad": force * lever**2 / speed,
-            "kg": 0.01 * mass,
-            "kg m²": 0.01 * mass * lever**2,
-            "m²": force / (0.5 * RHO_AIR * speed**2),
-            "m/s": 0.05 * speed,
-            "W": power,
-        }
-        volts = self.nominal.get("battery_voltage_v")
-        if volts is not None and np.isfinite(volts).any():
-            sizes["Ω"] = 0.01 * float(np.nanmax(volts)) ** 2 / (100 * power)
-        return sizes
 
     @property
     def torqued(self) -> bool:

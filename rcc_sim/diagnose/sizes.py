@@ -1,11 +1,11 @@
-"""What strengths may be stated as shares of: a mass, a row, a current of the drive."""
+"""How large a strength is: in shares of a mass, a row, a current; worth 1 % of all."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from rcc_sim.diagnose.problem import RECALLS, Problem
-from rcc_sim.units import G
+from rcc_sim.units import RHO_AIR, G
 
 SMEARED = 2.0
 """Rows over which the acceleration of an imposed drive is not known: a delay of less is
@@ -48,6 +48,30 @@ def size_of(problem: Problem, of: str) -> float:
         case "braking_torque":
             return most_asked(problem, "motor_torque_nm", -1.0)
     return 1.0
+
+
+def small_changes(problem: Problem) -> dict[str, float]:
+    """Return unit -> a change of a figure worth 1 % of the weight, or of the power."""
+    vehicle, drive = problem.vehicle, problem.nominal
+    speed = max(float(problem.speed.max()), 0.1)
+    lever = vehicle.tyres.radius_m.value / vehicle.drivetrain.gear_ratio.value
+    mass = vehicle.body.mass_kg.value
+    force = 0.01 * mass * G
+    power = 0.01 * float(np.nanmax(np.abs(drive["battery_power_w"]))) or 1.0
+    sizes = {
+        "N": force,
+        "N m": force * lever,
+        "N m s/rad": force * lever**2 / speed,
+        "kg": 0.01 * mass,
+        "kg m²": 0.01 * mass * lever**2,
+        "m²": force / (0.5 * RHO_AIR * speed**2),
+        "m/s": 0.05 * speed,
+        "W": power,
+    }
+    volts = drive.get("battery_voltage_v")
+    if volts is not None and np.isfinite(volts).any():
+        sizes["Ω"] = 0.01 * float(np.nanmax(volts)) ** 2 / (100 * power)
+    return sizes
 
 
 def most_asked(problem: Problem, column: str, sign: float) -> float:

@@ -173,12 +173,8 @@ def worsens(before: float | None, after: float | None, allowed: float) -> bool:
 
 def of_another(findings: Iterable[Finding]) -> str:
     """Return what a check found of another vehicle; else nothing."""
-    for f in findings:
-        if f.kind == "other_battery":
-            return f.what
-        if f.kind == "other_vehicle":
-            return f"{f.channel} {f.what}"
-    return ""
+    kinds = "other_battery", "other_vehicle"
+    return next((f"{f.channel} {f.what}" for f in findings if f.kind in kinds), "")
 
 
 def ends_early(cause: Cause, fit: Fit, known: Mapping[str, Effect]) -> bool:

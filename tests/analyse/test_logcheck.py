@@ -381,7 +381,7 @@ def test_a_voltage_of_another_battery_asks_whose_log_it_is():
     checked = check_log(Trace(columns, name="log"), car)
     (finding,) = found(checked, "other_battery", "battery_voltage_v")
     assert "was it this vehicle" in finding.action
-    assert of_another(checked.findings) == finding.what
+    assert of_another(checked.findings) == f"battery_voltage_v {finding.what}"
 
 
 def test_a_log_of_another_vehicle_is_no_wrong_unit():
