@@ -245,13 +245,15 @@ def is_refuted(
 ) -> bool:
     """Tell whether rows that no fit saw refute some causes.
 
-    Where a gap is ``doubtless`` they do nothing for it there; or they open one, which
-    what each drive has of its own may, being another on rows held out.
+    Where a gap is ``doubtless`` they do nothing for it there; nor does a profile,
+    though it was fitted there too. Or they open one, which what each drive has of its
+    own may, being another on rows held out.
     """
     if not causes:
         return False
     before, after = proved.before, proved.after
-    if doubtless and proves_nothing(proved.shrink.explained, before, after):
+    asked = doubtless or any(c.profiles for c in causes)
+    if asked and proves_nothing(proved.shrink.explained, before, after):
         return True
     steady = not any(c.over_time for c in causes)
     return steady and worsens(before, after, allowed_of(gaps))

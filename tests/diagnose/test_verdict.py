@@ -12,9 +12,11 @@ from rcc_sim.diagnose.candidates import Search
 from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.compete import outweighed
 from rcc_sim.diagnose.fit import Fit
+from rcc_sim.diagnose.hold_out import Proof, Shrink
 from rcc_sim.diagnose.knobs import Knob
 from rcc_sim.diagnose.noise import Whitener
 from rcc_sim.diagnose.remainder import UNKNOWN_ENOUGH, Remainder
+from rcc_sim.diagnose.run import is_refuted
 from rcc_sim.diagnose.screen import Screen
 from rcc_sim.diagnose.stands import Standing, only, standing
 from rcc_sim.diagnose.verdict import (
@@ -203,6 +205,23 @@ def test_no_more_causes_are_sought_beside_an_unknown_that_outweighs_all(unknown,
     assert outweighed([one, two], left) is stops
     elsewhere = replace(one, shares=where[::-1])
     assert not outweighed([elsewhere, two], left)
+
+
+def test_a_profile_that_does_nothing_for_rows_held_out_is_refuted():
+    """Whatever tolerances allow: a load for a patch of ice explained 0.6 % of a gap."""
+    gap = SimpleNamespace(energy=SimpleNamespace(u_val=0.09, measured_wh=0.4))
+    load = Cause("auxiliary_load", ("effects.auxiliary_load.power_w",), 120.0)
+    varying = replace(load, profiles={0: SimpleNamespace(along="time_s")})
+
+    def refuted(cause, explained, after):
+        shrink = Shrink(0.1, 0.1, explained, -1.0, 1.0)
+        proved = Proof(shrink, 35.8, after, by_torque=False)
+        return is_refuted([cause], proved, [gap], doubtless=False)
+
+    assert refuted(varying, -0.001, 36.5)
+    assert not refuted(varying, -0.001, 12.0)  # the energy shrinks
+    assert not refuted(varying, 0.9, 36.5)  # the rows do
+    assert not refuted(load, -0.001, 36.5)  # too weak to show in either
 
 
 def test_causes_that_do_nothing_for_rows_held_out_are_withdrawn():
