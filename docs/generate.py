@@ -16,6 +16,7 @@ from rcc_sim.definitions.figure import Figure
 from rcc_sim.definitions.tables import ADVICE, Sensor
 from rcc_sim.definitions.vehicle import ALWAYS, TABLES
 from rcc_sim.physics.effects import EFFECTS
+from rcc_sim.similitude.unlikely import RATIOS
 from rcc_sim.units import unit_of
 
 DOCS = Path(__file__).resolve().parent
@@ -144,6 +145,19 @@ def vehicle_page() -> str:
         '`[effects] without = ["ID"]` takes one of the base away. '
         "The name of a file (a map, a road) counts from the vehicle's folder; one "
         "without a folder that is not there is looked for where vehicles are.",
+        "",
+        "## What is unlikely",
+        "",
+        "A number that does not grow with a car's size tells a slip of a unit: it is "
+        "said by `vehicles validate`, `check`, `gap`, `diagnose` and `simulate`, and "
+        "refused by none.",
+        "",
+        "| figure | number | from | to | |",
+        "|---|---|---|---|---|",
+        *(
+            f"| `{r.key}` | {r.what} | {r.low:g} | {r.high:g} |  {_cell(r.hint)} |"
+            for r in RATIOS
+        ),
         "",
     ]
     return MADE + "\n".join(lines)
