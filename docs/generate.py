@@ -155,7 +155,7 @@ def vehicle_page() -> str:
         "| figure | number | from | to | |",
         "|---|---|---|---|---|",
         *(
-            f"| `{r.key}` | {r.what} | {r.low:g} | {r.high:g} |  {_cell(r.hint)} |"
+            f"| `{r.key}` | {r.what} | {r.low:g} | {r.high:g} | {_cell(r.hint)} |"
             for r in RATIOS
         ),
         "",
