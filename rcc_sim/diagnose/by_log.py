@@ -59,14 +59,6 @@ def each_log(
 
 def noise_of(gaps: Sequence[Gap]) -> float:
     """Return how far noise and a rough road may put the energy of logs, in percent."""
-    return _percent(gaps, hypot(*(g.energy.noise_wh for g in gaps)))
-
-
-def allowed_of(gaps: Sequence[Gap]) -> float:
-    """Return how far noise and tolerances may put the energy of logs, in percent."""
-    return _percent(gaps, hypot(*(g.energy.u_val for g in gaps)))
-
-
-def _percent(gaps: Sequence[Gap], u: float) -> float:
     measured = abs(sum(g.energy.measured_wh or 0.0 for g in gaps))
-    return 100 * COVERAGE * u / measured if measured else inf
+    noise = hypot(*(g.energy.noise_wh for g in gaps))
+    return 100 * COVERAGE * noise / measured if measured else inf

@@ -21,7 +21,7 @@ from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.apart_from_nil import apart_from_nil
 from rcc_sim.diagnose.as_felt import as_felt
 from rcc_sim.diagnose.as_sent import as_sent
-from rcc_sim.diagnose.by_log import allowed_of, each_log, noise_of
+from rcc_sim.diagnose.by_log import each_log, noise_of
 from rcc_sim.diagnose.candidates import candidates_for
 from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.compete import compete
@@ -256,7 +256,7 @@ def is_refuted(
     if asked and proves_nothing(proved.shrink.explained, before, after):
         return True
     steady = not any(c.over_time for c in causes)
-    return steady and worsens(before, after, allowed_of(gaps))
+    return steady and worsens(before, after, noise_of(gaps))
 
 
 def levels_of(

