@@ -255,6 +255,8 @@ def test_a_new_vehicle_extends_its_model_and_is_not_overwritten(tmp_path):
     mine, r1t = load_vehicle(tmp_path / "vehicles" / "mine.toml"), load_vehicle("r1t")
     assert mine.figures() == r1t.figures()
     assert run("vehicles", "new", "mine", cwd=tmp_path).returncode == 2
+    hidden = run("vehicles", "new", "rcc", cwd=tmp_path)
+    assert hidden.returncode == 2 and "would hide it" in hidden.stderr
     assert run("vehicles", "new", "mine", "--force", cwd=tmp_path).returncode == 0
 
 

@@ -98,6 +98,8 @@ def stage_gaps(
     found = []
     before, shifts = simulated, start
     for place, (name, after, moves) in enumerate(levels):
+        # where no speed was logged nothing is told apart before the end of the chain
+        after = np.where(np.isfinite(after), after, before)
         change = np.where(weights > 0, after - before, 0.0)
         own = replace(moved, moved={POWER: shifts - moves})
         parts = [

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from contextlib import nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import IO, TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -182,11 +182,25 @@ def _deliver(
 ) -> None:
     from rcc_sim.analyse import gap_report as report
 
-    say(report.headline(found, vehicle))
-    tell_notes([("", notes_of(found.findings, found.notes))])
-    if text or (output is None and sys.stdout.isatty() and not (json or csv)):
+    headline, notes = (
+        report.headline(found, vehicle),
+        notes_of(found.findings, found.notes),
+    )
+    if text:
         with nullcontext(sys.stdout) if output is None else atomic(output) as file:
-            for title, table in report.tables(found):
-                print_table(table, title, readable, printable, file)
+            file.write("".join(f"{printable(line)}\n" for line in (headline, *notes)))
+            _tables(found, file)
+        return
+    say(headline)
+    tell_notes([("", notes)])
+    if output is None and sys.stdout.isatty() and not (json or csv):
+        _tables(found, sys.stdout)
         return
     emit(report.document(found), report.rows(found), json=json, csv=csv, output=output)
+
+
+def _tables(found: Gap, file: IO[str]) -> None:
+    from rcc_sim.analyse import gap_report as report
+
+    for title, table in report.tables(found):
+        print_table(table, title, readable, printable, file)

@@ -65,7 +65,7 @@ def _looked_at(vehicle: Vehicle) -> Vehicle:
     from rcc_sim.similitude.unlikely import unlikely
 
     for what, hint in unlikely(vehicle):
-        say(f"note: {vehicle.where}: {what} ({hint})")
+        say(f"note: {vehicle.name}: {what} ({hint})")
     return vehicle
 
 
@@ -162,7 +162,13 @@ def _effect(text: str, vehicle: Vehicle) -> tuple[str, dict[str, Any]]:
             f"--with {text}: should be ID:PARAM=VALUE",
             f"{effect} takes {', '.join(names)}",
         )
-    params = dict(_setting("--with", part) for part in rest.split(","))
+    parts = rest.split(",")
+    if any(part.strip().isdecimal() for part in parts[1:]):
+        raise InputError(
+            f"--with {text}: should be ID:PARAM=VALUE",
+            f"with a decimal point: {effect}:{rest.replace(',', '.')}",
+        )
+    params = dict(_setting("--with", part) for part in parts)
     for param in params:
         if param not in names:
             raise InputError(

@@ -97,13 +97,17 @@ def new(
     ] = None,
     output: Output = None,
     force: Annotated[
-        bool, typer.Option("--force", help="Overwrite a file that is there.")
+        bool,
+        typer.Option(
+            "--force", help="Overwrite a file, or hide a vehicle, that is there."
+        ),
     ] = False,
 ) -> None:
     """Write the file of a new vehicle: a blank sheet, or one that extends another.
 
     Writes vehicles/NAME.toml in the working folder unless --output says where.
     """
+    from rcc_sim.definitions.library import names
     from rcc_sim.definitions.sheet import new_sheet
     from rcc_sim.errors import InputError
 
@@ -112,6 +116,12 @@ def new(
     if path.exists() and not force:
         raise InputError(f"{path}: is there already", "--force overwrites it")
     if output is None:
+        theirs = {e.name: e for e in names("vehicles", (".toml",))}.get(name)
+        if theirs is not None and not force:
+            what = f"{name}: a vehicle of this name is there ({theirs.origin})"
+            raise InputError(
+                what, "the new one would hide it: another name, or --force"
+            )
         path.parent.mkdir(exist_ok=True)
     with atomic(path) as file:
         file.write(text)

@@ -141,6 +141,8 @@ def unknown_key(where: str, key: str, known: tuple[str, ...]) -> InputError:
     """Return the error of a key that no table has; the nearest name is the hint."""
     table, dot, name = key.rpartition(".")
     hint = did_you_mean(name, known, table + dot)
+    if not table and name in EFFECTS:
+        hint = f"an effect is a table of its own: [effects.{name}]"
     return InputError(f"{where}: {key}: no such key", hint)
 
 

@@ -20,6 +20,9 @@ from rcc_sim.errors import InputError
 HOME_VARIABLE = "RCCSIM_HOME"
 """Environment variable that names the user's own folder in place of the default."""
 
+KINDS = "vehicles", "cycles"
+"""What is kept in folders of these names."""
+
 PACKAGE = Path(__file__).resolve().parents[1]
 
 
@@ -210,7 +213,7 @@ def notes(kind: str, path: Path, name: str) -> dict[str, str | float]:
 
 def _folders(kind: str) -> Iterator[Place]:
     """The places of `folders`, one by one, so that plugins are asked last-minute."""
-    if kind not in ("vehicles", "cycles"):
+    if kind not in KINDS:
         raise ValueError(f"no such kind of definition: {kind}")
     shipped = _shipped(kind)
     seen: set[Path] = set()
@@ -291,7 +294,10 @@ def _existing(path: Path) -> Path:
 
         beside = [p.name for p in path.parent.glob(f"*{path.suffix}")]
         close = get_close_matches(path.name, beside, n=1)
-        mean = f"did you mean `{path.with_name(close[0])}`?" if close else ""
+        near = [path.with_name(name) for name in close]
+        if path.parent == Path() and not near:
+            near = [p for p in (Path(kind, path.name) for kind in KINDS) if p.is_file()]
+        mean = f"did you mean `{near[0]}`?" if near else ""
         raise InputError(f"{path}: no such file", mean)
     return path
 

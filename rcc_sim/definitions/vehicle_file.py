@@ -9,7 +9,7 @@ from typing import Any
 import tomli
 
 from rcc_sim.definitions import library
-from rcc_sim.errors import InputError
+from rcc_sim.errors import InputError, did_you_mean
 from rcc_sim.physics.effects import EFFECTS
 
 LARGEST_FILE = 1_000_000  # bytes; a vehicle is a page or two of text
@@ -19,9 +19,12 @@ MENDS = (
     (re.compile(r"=\s*([+-]?)(\.\d+)"), r"a digit before the point: \g<1>0\2"),
     (
         re.compile(r"=\s*([+-]?\d[\d.eE+-]*)\s*[^\W\d]"),
-        r"a number alone: \1; its key names the unit",
+        "a number alone, in the unit that its key names",
     ),
     (re.compile(r"=\s*([^\W\d]\w*)\s*$"), r'text in quotes: "\1"'),
+    (re.compile(r'=[^"#]*"[^"]*$'), "a quote at the end of the text"),
+    (re.compile(r"^\s*\[[^\]]*$"), "a bracket at the end of the table's name"),
+    (re.compile(r"^\s*([\w-]+)\s*:\s*(.*)$"), r"an equals sign: \1 = \2"),
 )
 """What a line that is not TOML looks like, and its likely mend."""
 
@@ -58,11 +61,20 @@ def resolved(path: Path, seen: tuple[Path, ...] = ()) -> dict[str, Any]:
     if beside.is_file() and beside.resolve() != path.resolve():
         parent = beside
     else:
-        parent, _ = library.find("vehicles", base, (".toml",))
+        try:
+            parent, _ = library.find("vehicles", base, (".toml",))
+        except InputError as error:
+            raise InputError(f"{path}: vehicle.extends: {error}", error.hint) from None
     merged = _anchored(resolved(parent, (*seen, path.resolve())), parent)
-    for name in effects.pop("without", []) if isinstance(effects, dict) else []:
-        if merged.get("effects", {}).pop(name, None) is None:
-            raise InputError(f"{path}: effects.without: {base} does not have {name}")
+    taken = effects.pop("without", []) if isinstance(effects, dict) else []
+    if not isinstance(taken, list):
+        what = f"{path}: effects.without: should be a list of effects"
+        raise InputError(what, f"[{taken!r}]".replace("'", '"'))
+    for name in taken:
+        theirs = merged.get("effects", {})
+        if theirs.pop(name, None) is None:
+            what = f"{path}: effects.without: {base} does not have {name}"
+            raise InputError(what, did_you_mean(str(name), theirs))
     inherited = merged.get("effects", {}).get("files", [])
     whole = _overlaid(merged, raw)
     if isinstance(effects, dict) and inherited:

@@ -46,6 +46,8 @@ class Ratio(NamedTuple):
         published ones have.
     hint : str
         The likely mend.
+    stated : callable or None
+        Which figure of a vehicle it is, where it may be one of several.
     """
 
     key: str
@@ -54,6 +56,7 @@ class Ratio(NamedTuple):
     low: float
     high: float
     hint: str
+    stated: Callable[[Vehicle], str] | None = None
 
     def told(self, vehicle: Vehicle) -> str:
         """Return what is unlikely about it; empty if nothing is."""
@@ -63,7 +66,8 @@ class Ratio(NamedTuple):
         usual = f"{self.low:g} to {self.high:g}"
         if not isfinite(self.high):
             usual = f"at least {self.low:g}"
-        return f"{self.key}: unlikely: {self.what} is {found:.3g}, usually {usual}"
+        key = self.stated(vehicle) if self.stated else self.key
+        return f"{key}: unlikely: {self.what} is {found:.3g}, usually {usual}"
 
 
 def unlikely(vehicle: Vehicle) -> list[tuple[str, str]]:
@@ -157,6 +161,11 @@ def _cell_voltage(vehicle: Vehicle) -> float | None:
     return volts / int(series[1])
 
 
+def _voltage_key(vehicle: Vehicle) -> str:
+    there = vehicle.battery.open_circuit_voltage_v is not None
+    return f"battery.{'open_circuit' if there else 'nominal'}_voltage_v"
+
+
 def _specific_energy(vehicle: Vehicle) -> float | None:
     """Return Wh of battery per kg of vehicle, and no unit but these."""
     charge, volts = vehicle.battery.capacity_ah, open_circuit_voltage(vehicle)
@@ -209,6 +218,11 @@ def _most_torque(vehicle: Vehicle) -> float:
     return torque / _lever(vehicle) / _weight(vehicle)
 
 
+def _torque_key(vehicle: Vehicle) -> str:
+    limits = torque_limits(vehicle)
+    return min(limits, key=limits.__getitem__)
+
+
 def _lever(vehicle: Vehicle) -> float:
     """Return the way of the car as the motor turns by one radian, r_w/N_d [m]."""
     return vehicle.tyres.radius_m.value / vehicle.drivetrain.gear_ratio.value
@@ -258,6 +272,7 @@ RATIOS = (
         1.0,
         4.5,
         "volts of the whole pack, and cells in series: 11.1 of 3S",
+        _voltage_key,
     ),
     Ratio(
         "battery.capacity_ah",
@@ -314,6 +329,7 @@ RATIOS = (
         0.03,
         20.0,
         "N m at the motor's shaft, before the gear; A of the motor's phase",
+        _torque_key,
     ),
     Ratio(
         "effects.aerodynamic_drag.drag_area_m2",

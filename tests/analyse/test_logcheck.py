@@ -405,7 +405,7 @@ def test_one_channel_in_no_known_unit_is_no_other_vehicle():
     checked = check_log(Trace(columns, name="log"), car)
     assert not found(checked, "other_vehicle", "log")
     (finding,) = found(checked, "other_battery", "battery_voltage_v")
-    assert "tenths of a volt" in finding.action and "factor of 0.1" in finding.action
+    assert "tenths of a volt" in finding.action and "factor = 0.1" in finding.action
 
 
 @pytest.mark.parametrize(

@@ -107,11 +107,26 @@ def test_a_pipe_gets_csv_and_the_verdict_goes_to_stderr(drive):
     assert "gap" in done.stderr and "u_val" in done.stderr
 
 
+def test_stages_of_a_log_without_its_speed_here_and_there_are_numbers(drive, tmp_path):
+    lines = drive.read_text().splitlines()
+    at = lines[0].split(",").index("speed_mps")
+    for row in range(500, 520):
+        cells = lines[row].split(",")
+        cells[at] = "n/a"
+        lines[row] = ",".join(cells)
+    log = tmp_path / "holes.csv"
+    log.write_text("\n".join(lines) + "\n")
+    found = json.loads(rccsim("gap", log, "--vehicle", "rcc", "--json").stdout)
+    stages = [row["gap_wh"] for row in found["stages"]]
+    assert sum(stages) == pytest.approx(found["energy"]["gap_wh"])
+
+
 def test_the_tables_of_a_terminal_can_be_piped_and_written(drive, tmp_path):
     out = tmp_path / "gap.txt"
     piped = rccsim("gap", drive, "--vehicle", "rcc", "--text").stdout
     rccsim("gap", drive, "--vehicle", "rcc", "--text", "-o", out)
-    assert piped.startswith("By channel")
+    verdict, *_ = piped.splitlines()
+    assert "measured" in verdict and "u_val" in verdict and "By channel" in piped
     assert out.read_text() == piped
     both = rccsim("gap", drive, "--vehicle", "rcc", "--text", "--json")
     assert both.returncode == 2

@@ -172,8 +172,11 @@ def test_a_name_that_shares_a_word_is_asked_about(asked):
         ("mass_kg = 3,78", "3.78"),
         ("mass_kg = { value = -3,78, sd = 1 }", "-3.78"),
         ("mass_kg = .5", "0.5"),
-        ("mass_kg = 3.78 kg", "a number alone: 3.78"),
+        ("mass_kg = 3.78 kg", "a number alone"),
         ("name = rcc", '"rcc"'),
+        ('name = "rcc', "a quote at the end"),
+        ("[body", "a bracket at the end"),
+        ("mass_kg: 3.78", "mass_kg = 3.78"),
     ],
 )
 def test_a_slip_of_toml_is_told_with_its_mend(tmp_path, line, mend):
@@ -182,3 +185,43 @@ def test_a_slip_of_toml_is_told_with_its_mend(tmp_path, line, mend):
     with pytest.raises(InputError) as caught:
         load_vehicle(path)
     assert "not TOML" in str(caught.value) and mend in caught.value.hint
+
+
+@pytest.mark.parametrize(
+    ("tables", "told", "mend"),
+    [
+        ('extends = "rrc"', "vehicle.extends: no such vehicle: 'rrc'", "`rcc`"),
+        (
+            'extends = "rcc"\n[effects]\nwithout = "copper_loss"',
+            "effects.without: should be a list",
+            '["copper_loss"]',
+        ),
+        (
+            'extends = "rcc"\n[effects]\nwithout = ["copper_los"]',
+            "effects.without: rcc does not have copper_los",
+            "`copper_loss`",
+        ),
+        (
+            'extends = "rcc"\n[rolling_resistance]\ncoefficient = 0.02',
+            "rolling_resistance: no such key",
+            "[effects.rolling_resistance]",
+        ),
+    ],
+)
+def test_what_a_file_says_of_other_names_is_told_with_its_mend(
+    tmp_path, tables, told, mend
+):
+    path = tmp_path / "mine.toml"
+    path.write_text(f'[vehicle]\nname = "mine"\n{tables}\n')
+    with pytest.raises(InputError) as caught:
+        load_vehicle(path)
+    assert told in str(caught.value) and mend in caught.value.hint
+
+
+def test_a_file_of_the_vehicles_folder_is_asked_about(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("vehicles").mkdir()
+    Path("vehicles", "mine.toml").write_text("[vehicle]\n")
+    with pytest.raises(InputError) as caught:
+        load_vehicle("mine.toml")
+    assert "`vehicles/mine.toml`" in caught.value.hint

@@ -244,11 +244,14 @@ def _odd(relation: Relation) -> Finding:
     alone = relation.powers.keys() == {"battery_voltage_v"}
     whose = "was it this vehicle that drove?"
     if TENTHS[0] < relation.middle < TENTHS[1]:
-        whose += f" If a VESC sent tenths of a volt: {by_map(0.1)}"
+        whose += " Or does a VESC send tenths of a volt? A --map with `factor = 0.1`"
+    what = f"does not go with the rest ({relation.what}: {_factor(relation)})"
+    if alone:
+        what = f"is {relation.middle:.3g} times the vehicle file's"
     return Finding(
         "other_battery" if alone else "inconsistent",
         channel,
-        f"{relation.what}: {_factor(relation)}, and no usual unit or sign explains it",
+        f"{what}, and no usual unit or sign explains it",
         sure=round(0.8 * abs(relation.correlation), 2),
         action=f"used as it is; {whose}"
         if alone

@@ -94,7 +94,7 @@ def _stated(
         if ratio != 0:
             out.append(
                 Relation(
-                    "against the vehicle file's voltage",
+                    "battery voltage against the vehicle file's",
                     {"battery_voltage_v": 1},
                     ratio,
                     ratio,
