@@ -317,11 +317,13 @@ def _notes(
     moved: Tolerances,
     vehicle: Vehicle,
 ) -> tuple[str, ...]:
-    notes = []
+    notes, turns = [], log.columns.get("yaw_rate_radps", np.zeros(1))
     if not has_commands(log, vehicle):
         notes.append("no commands that the controller obeys: the motion is imposed")
     elif drive.imposed:
         notes.append("it turned, and no steering is told: the motion is imposed")
+    elif not drive.steered and np.nanmax(np.abs(turns), initial=0.0) > 0.0:
+        notes.append("no steering is told: the model drives straight on")
     notes += not_logged(log, energy)
     guessed = [g.channel for g in gaps if g.noise_from == "guess"]
     if guessed:

@@ -188,7 +188,8 @@ def _deliver(
     )
     if text:
         with nullcontext(sys.stdout) if output is None else atomic(output) as file:
-            file.write("".join(f"{printable(line)}\n" for line in (headline, *notes)))
+            told = (headline, *(f"note: {note}" for note in notes))
+            file.write("".join(f"{printable(line)}\n" for line in told))
             _tables(found, file)
         return
     say(headline)

@@ -244,7 +244,8 @@ def _odd(relation: Relation) -> Finding:
     alone = relation.powers.keys() == {"battery_voltage_v"}
     whose = "was it this vehicle that drove?"
     if TENTHS[0] < relation.middle < TENTHS[1]:
-        whose += " Or does a VESC send tenths of a volt? A --map with `factor = 0.1`"
+        whose += " Or a VESC that sent tenths of a volt? "
+        whose += "A --map with `factor = 0.1` mends them"
     what = f"does not go with the rest ({relation.what}: {_factor(relation)})"
     if alone:
         what = f"is {relation.middle:.3g} times the vehicle file's"
