@@ -9,7 +9,7 @@ from pydantic import BaseModel, ValidationError
 
 from rcc_sim.definitions.figure import Figure
 from rcc_sim.definitions.own_effects import OwnEffect
-from rcc_sim.definitions.tables import Body, Tyres, advice
+from rcc_sim.definitions.tables import Body, Tyres, advice, in_other_unit
 from rcc_sim.errors import InputError, did_you_mean
 from rcc_sim.physics.effect import Effect
 from rcc_sim.physics.effects import EFFECTS
@@ -94,7 +94,7 @@ def _checked_params(
                 raise InputError(
                     f"{where}: {at}: should lie between {low:g} and {high:g}: "
                     f"{number:g}",
-                    known[key].about,
+                    in_other_unit(key, number, low, high) or known[key].about,
                 )
         params[key] = figure
     for param in effect.params:

@@ -20,6 +20,8 @@ from rcc_sim.errors import InputError
 HOME_VARIABLE = "RCCSIM_HOME"
 """Environment variable that names the user's own folder in place of the default."""
 
+TITLE = re.compile(r'^title *= *"(.*)"', re.MULTILINE)
+
 KINDS = "vehicles", "cycles"
 """What is kept in folders of these names."""
 
@@ -307,6 +309,16 @@ def _parts(name: str) -> set[str]:
     return set(re.split(r"[\W_]+", name.lower())) - {""}
 
 
+def _called(entry: Entry) -> set[str]:
+    """Return the words of a definition's name, and of its title if it has one."""
+    try:
+        text = entry.path.read_text("utf-8")
+    except (OSError, UnicodeDecodeError):
+        text = ""
+    title = TITLE.search(text)
+    return _parts(entry.name) | _parts(title[1] if title else "")
+
+
 def _unknown(kind: str, name: str, entries: list[Entry]) -> InputError:
     """The error for a name that no place has."""
     from difflib import get_close_matches
@@ -314,7 +326,7 @@ def _unknown(kind: str, name: str, entries: list[Entry]) -> InputError:
     known = [entry.name for entry in entries]
     asked = name.lower()
     close = get_close_matches(asked, known, n=3, cutoff=0.6)
-    close = close or [c for c in known if _parts(c) & _parts(asked)]
+    close = close or [e.name for e in entries if _called(e) & _parts(asked)]
     like = f"did you mean {' or '.join(f'`{c}`' for c in close)}? " if close else ""
     there = f"there are {', '.join(known)}" if known else "none was found in any folder"
     hint = f"{like}{there}; a path to a file serves too"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import inf
+from math import degrees, inf
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
@@ -32,6 +32,10 @@ Length = Annotated[Figure, _within(0.002, 20.0)]
 Stiffness = Annotated[Figure, _within(0.5, 1e7)]
 Positive = Annotated[Figure, _within(1e-15, 1e15)]
 NotNegative = Annotated[Figure, _within(1e-15, inf, zero=True)]
+
+
+STEER = 0.01, 1.5
+"""Between which the largest angle of road wheels lies. [rad]"""
 
 
 class Table(BaseModel):
@@ -125,7 +129,7 @@ class Controller(Table):
     max_electrical_speed_radps: Positive | None = None
     bec_voltage_v: Positive | None = None
     bec_current_a: Positive | None = None
-    max_steer_rad: Annotated[Figure, _within(0.01, 1.5)] | None = None
+    max_steer_rad: Annotated[Figure, _within(*STEER)] | None = None
     steering_command: list[float] | None = None
     steering_angle_rad: list[float] | None = None
     driver_time_constant_s: Positive | None = None
@@ -197,10 +201,32 @@ LENGTHS = {
     "tyres.radius_m",
 }
 
+OTHER_UNITS = {
+    "_ohm": (1e3, "mOhm"),
+    "_rad": (degrees(1.0), "degrees"),
+    "coefficient": (100.0, "%"),
+    "efficiency": (100.0, "%"),
+}
+"""End of a key -> how much larger numbers of another usual unit are, and its name."""
+
 
 def advice(key: str, value: Any) -> str:
     """Return the likely mend of a refused value, or an empty text."""
     number = value.get("value") if isinstance(value, dict) else value
     if key in LENGTHS and isinstance(number, int | float) and number > 20:
         return f"metres are meant; {number:g} mm would be {number / 1000:g}"
+    if key == "controller.max_steer_rad" and isinstance(number, int | float):
+        return in_other_unit(key, number, *STEER)
     return ADVICE.get(key, "")
+
+
+def in_other_unit(key: str, number: float, low: float, high: float) -> str:
+    """Return what a number that is out of bounds would be, were its unit another.
+
+    >>> in_other_unit("resistance_ohm", 30.0, 0.0, 10.0)
+    '30 mOhm would be 0.03'
+    """
+    for end, (per, unit) in OTHER_UNITS.items():
+        if key.endswith(end) and number > high and low <= number / per <= high:
+            return f"{number:g} {unit} would be {number / per:.3g}"
+    return ""

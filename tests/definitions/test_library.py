@@ -159,7 +159,7 @@ def test_the_library_starts_without_numpy_or_pandas():
     assert done.returncode == 0
 
 
-@pytest.mark.parametrize("asked", ["rivian_r1t", "R1T EPA", "r1t-epa"])
+@pytest.mark.parametrize("asked", ["rivian_r1t", "R1T EPA", "r1t-epa", "rivian"])
 def test_a_name_that_shares_a_word_is_asked_about(asked):
     with pytest.raises(InputError) as caught:
         load_vehicle(asked)
@@ -216,6 +216,20 @@ def test_what_a_file_says_of_other_names_is_told_with_its_mend(
     with pytest.raises(InputError) as caught:
         load_vehicle(path)
     assert told in str(caught.value) and mend in caught.value.hint
+
+
+@pytest.mark.parametrize(
+    ("setting", "mend"),
+    [
+        ("effects.battery_resistance.resistance_ohm", "30 mOhm would be 0.03"),
+        ("controller.max_steer_rad", "30 degrees would be 0.524"),
+        ("effects.rolling_resistance.coefficient", "30 % would be 0.3"),
+    ],
+)
+def test_a_number_out_of_bounds_is_told_what_it_would_be(setting, mend):
+    with pytest.raises(InputError) as caught:
+        load_vehicle("rcc").changed(settings={setting: 30.0})
+    assert caught.value.hint == mend
 
 
 def test_a_file_of_the_vehicles_folder_is_asked_about(tmp_path, monkeypatch):
