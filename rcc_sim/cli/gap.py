@@ -182,10 +182,8 @@ def _deliver(
 ) -> None:
     from rcc_sim.analyse import gap_report as report
 
-    headline, notes = (
-        report.headline(found, vehicle),
-        notes_of(found.findings, found.notes),
-    )
+    headline = report.headline(found, vehicle)
+    notes = notes_of(found.findings, found.notes)
     if text:
         with nullcontext(sys.stdout) if output is None else atomic(output) as file:
             told = (headline, *(f"note: {note}" for note in notes))
