@@ -102,6 +102,11 @@ class Vehicle:
         """Distance between the axles. [m]"""
         return self.body.cg_to_front_axle_m.value + self.body.cg_to_rear_axle_m.value
 
+    @property
+    def lever(self) -> float:
+        """Way of the vehicle as its motor turns by a radian, r_w/N_d. [m]"""
+        return self.tyres.radius_m.value / self.drivetrain.gear_ratio.value
+
     def figures(self) -> dict[str, Figure]:
         """Dotted key -> figure, of everything that the file states."""
         return dict(self._figures)

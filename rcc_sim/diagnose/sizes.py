@@ -54,7 +54,7 @@ def small_changes(problem: Problem) -> dict[str, float]:
     """Return unit -> a change of a figure worth 1 % of the weight, or of the power."""
     vehicle, drive = problem.vehicle, problem.nominal
     speed = max(float(problem.speed.max()), 0.1)
-    lever = vehicle.tyres.radius_m.value / vehicle.drivetrain.gear_ratio.value
+    lever = vehicle.lever
     mass = vehicle.body.mass_kg.value
     force = 0.01 * mass * G
     power = 0.01 * float(np.nanmax(np.abs(drive["battery_power_w"]))) or 1.0

@@ -88,7 +88,7 @@ def _top_speed(
     if not math.isfinite(envelope.speed.value):
         return _unchecked("top speed", "m/s", "no motor speed, ERPM or voltage limit")
     top = np.maximum(cycle.speed_mps[1:], cycle.speed_mps[:-1])
-    lever = vehicle.tyres.radius_m.value / vehicle.drivetrain.gear_ratio.value
+    lever = vehicle.lever
     limit = np.full(top.shape, envelope.speed.value * lever)
     return _worst("top speed", "m/s", limit, top, asked.dt, envelope.speed.by)
 
@@ -170,7 +170,7 @@ def _dead_zone(vehicle: Vehicle, asked: Demand) -> Limit:
     figure = vehicle.effects.get("speed_dead_zone", {}).get("threshold_radps")
     if not isinstance(figure, Figure):
         return _unchecked("dead zone", "m/s", "effects.speed_dead_zone not stated")
-    lever = vehicle.tyres.radius_m.value / vehicle.drivetrain.gear_ratio.value
+    lever = vehicle.lever
     limit = figure.value * lever
     creeping = (asked.v > 0) & (asked.v < limit)
     slowest = float(asked.v[creeping].min()) if creeping.any() else limit

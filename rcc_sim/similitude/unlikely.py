@@ -22,7 +22,6 @@ from rcc_sim.similitude.envelope import (
     envelope_of,
     speed_by_constant,
     speed_by_linkage,
-    torque_limits,
 )
 from rcc_sim.units import G
 
@@ -103,13 +102,10 @@ def _said_of(name: str) -> list[tuple[bool, str, str]]:
     return odd or [(True, "", "")]
 
 
-def _stated(vehicle: Vehicle, keys: Iterable[str]) -> list[float] | None:
-    """Return some figures in SI, None if the file does not state them all."""
-    figures = vehicle.figures()
-    known = [figures.get(key) for key in keys]
-    if any(figure is None for figure in known):
-        return None
-    return [figure.value for figure in known if figure is not None]
+def _stated(vehicle: Vehicle, key: str) -> float | None:
+    """Return a figure in SI, None if the file does not state it."""
+    figure = vehicle.figures().get(key)
+    return None if figure is None else figure.value
 
 
 def _over_size(
@@ -118,8 +114,8 @@ def _over_size(
     """Return a function: a stated figure over a size of the vehicle."""
 
     def ratio(vehicle: Vehicle) -> float | None:
-        found = _stated(vehicle, [key])
-        return None if found is None else found[0] / of_size(vehicle)
+        found = _stated(vehicle, key)
+        return None if found is None else found / of_size(vehicle)
 
     return ratio
 
@@ -176,16 +172,16 @@ def _specific_energy(vehicle: Vehicle) -> float | None:
 
 def _short_circuit(vehicle: Vehicle) -> float | None:
     """Return u_0/(R Q): charges an hour that a short circuit would draw."""
-    found = _stated(vehicle, ["battery.capacity_ah", _BATTERY_R])
+    charge, ohm = vehicle.battery.capacity_ah, _stated(vehicle, _BATTERY_R)
     volts = open_circuit_voltage(vehicle)
-    if found is None or volts is None or not found[1]:
+    if charge is None or volts is None or not ohm:
         return None
-    return volts / (found[1] * found[0])
+    return volts / (ohm * charge.value)
 
 
 def _idle_speed(vehicle: Vehicle) -> float:
     """Return the speed on the road at the battery's voltage over sqrt(g l)."""
-    return speed_by_linkage(vehicle) * _lever(vehicle) / _speed(vehicle)
+    return speed_by_linkage(vehicle) * vehicle.lever / _speed(vehicle)
 
 
 def _two_constants(vehicle: Vehicle) -> float:
@@ -195,10 +191,10 @@ def _two_constants(vehicle: Vehicle) -> float:
 
 def _rotor(vehicle: Vehicle) -> float | None:
     """Return the mass that the motor's inertia adds, over the vehicle's."""
-    found = _stated(vehicle, ["effects.rotor_inertia.inertia_kgm2"])
-    if found is None:
+    inertia = _stated(vehicle, "effects.rotor_inertia.inertia_kgm2")
+    if inertia is None:
         return None
-    added = float(reflected_mass(found[0], 1 / _lever(vehicle)))
+    added = float(reflected_mass(inertia, 1 / vehicle.lever))
     return added / vehicle.body.mass_kg.value
 
 
@@ -209,23 +205,16 @@ def _stall(vehicle: Vehicle) -> float:
     """
     motor = envelope_of(vehicle)
     torque = motor.voltage_speed * motor.voltage_slope
-    return torque / _lever(vehicle) / _weight(vehicle)
+    return torque / vehicle.lever / _weight(vehicle)
 
 
 def _most_torque(vehicle: Vehicle) -> float:
     """Return the force at the wheels of the most torque that is stated, over weight."""
-    torque = min(torque_limits(vehicle).values(), default=inf)
-    return torque / _lever(vehicle) / _weight(vehicle)
+    return envelope_of(vehicle).torque.value / vehicle.lever / _weight(vehicle)
 
 
 def _torque_key(vehicle: Vehicle) -> str:
-    limits = torque_limits(vehicle)
-    return min(limits, key=limits.__getitem__)
-
-
-def _lever(vehicle: Vehicle) -> float:
-    """Return the way of the car as the motor turns by one radian, r_w/N_d [m]."""
-    return vehicle.tyres.radius_m.value / vehicle.drivetrain.gear_ratio.value
+    return envelope_of(vehicle).torque.by
 
 
 _BATTERY_R = "effects.battery_resistance.resistance_ohm"

@@ -240,23 +240,24 @@ def _factor(relation: Relation, expected: float = 1.0) -> str:
 
 
 def _odd(relation: Relation) -> Finding:
+    """Return the finding of a relation that no usual mistake explains."""
     channel = next(iter(relation.powers))
-    alone = relation.powers.keys() == {"battery_voltage_v"}
-    whose = "was it this vehicle that drove?"
-    if TENTHS[0] < relation.middle < TENTHS[1]:
-        whose += " Or a VESC that sent tenths of a volt? "
-        whose += "A --map with `factor = 0.1` mends them"
+    kind = "inconsistent"
     what = f"does not go with the rest ({relation.what}: {_factor(relation)})"
-    if alone:
+    action = "look at " + " and ".join(relation.powers)
+    if relation.powers.keys() == {"battery_voltage_v"}:
+        kind = "other_battery"
         what = f"is {relation.middle:.3g} times the vehicle file's"
+        action = "was it this vehicle that drove?"
+        if TENTHS[0] < relation.middle < TENTHS[1]:
+            action += " Or a VESC that sent tenths of a volt? "
+            action += "A --map with `factor = 0.1` mends them"
     return Finding(
-        "other_battery" if alone else "inconsistent",
+        kind,
         channel,
         f"{what}, and no usual unit or sign explains it",
         sure=round(0.8 * abs(relation.correlation), 2),
-        action=f"used as it is; {whose}"
-        if alone
-        else "used as it is; look at " + " and ".join(relation.powers),
+        action=f"used as it is; {action}",
         severity="warning",
     )
 

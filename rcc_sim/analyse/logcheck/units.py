@@ -103,7 +103,7 @@ def beyond_reach(
     """Return speeds that the vehicle's motor cannot turn to, with their likely unit."""
     if vehicle is None or "speed_mps" not in columns or "speed_mps" in suspects:
         return []
-    lever = vehicle.tyres.radius_m.value / vehicle.drivetrain.gear_ratio.value
+    lever = vehicle.lever
     most = top_motor_speed(vehicle) * lever
     size = size_of(columns["speed_mps"])
     fits = [
