@@ -37,4 +37,5 @@ $(STAMP): pyproject.toml
 	    { echo "Python >= 3.11 is needed; say which: make PYTHON=python3.12"; exit 1; }
 	$(BIN)/python -c '' 2>/dev/null || $(PYTHON) -m venv --clear $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[test]'
+	$(BIN)/python -m compileall -q rcc_sim
 	@touch $@

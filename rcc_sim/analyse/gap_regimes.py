@@ -96,7 +96,8 @@ def moving_mean(x: Array, rows: int) -> Array:
     places = np.arange(len(x))
     whole = x if known.all() else np.interp(places, places[known], x[known])
     half = (min(rows, len(x)) - 1) // 2
-    total = np.cumsum(np.pad(whole, (half + 1, half), mode="edge"))
+    first, last = np.full(half + 1, whole[0]), np.full(half, whole[-1])
+    total = np.cumsum(np.concatenate([first, whole, last]))
     return np.asarray((total[2 * half + 1 :] - total[: len(x)]) / (2 * half + 1))
 
 

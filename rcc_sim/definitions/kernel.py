@@ -22,6 +22,9 @@ MODES = {"speed": SPEED, "torque": TORQUE, "throttle": THROTTLE}
 LOOP_RATE = {"speed": 1000.0, "torque": 100.0, "throttle": 1000.0}
 """Rate of the control loop where the file states none. [Hz]"""
 
+NEUTRAL = {name: effect.neutral for name, effect in EFFECTS.items()}
+"""What each shipped effect is where a file does not state it."""
+
 DRIVER_TIMES = 1.0
 """Time constant of a driver not stated in the file, in times sqrt(m l / C_F)."""
 
@@ -291,18 +294,13 @@ def answering_time(vehicle: Vehicle) -> float:
 
 
 def _effects(vehicle: Vehicle) -> dict[str, dict[str, float]]:
-    return {
-        name: {
-            **effect.neutral,
-            **{
-                key: figure.value
-                for key, figure in vehicle.effects.get(name, {}).items()
-                if isinstance(figure, Figure)
-            },
-        }
-        for name, effect in vehicle.known.items()
-        if name in EFFECTS or (name in vehicle.effects and not effect.sensor)
-    }
+    found = {name: dict(neutral) for name, neutral in NEUTRAL.items()}
+    for name, params in vehicle.effects.items():
+        effect = vehicle.known[name]
+        if name in EFFECTS or not effect.sensor:
+            stated = {k: x.value for k, x in params.items() if isinstance(x, Figure)}
+            found[name] = effect.neutral | stated
+    return found
 
 
 def _largest_torque(vehicle: Vehicle) -> float:

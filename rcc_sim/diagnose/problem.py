@@ -25,6 +25,7 @@ from rcc_sim.diagnose.terminals import (
     compared,
     flowed,
     metered,
+    steady_rows,
     tells,
 )
 from rcc_sim.physics.effects import neutral_of
@@ -189,7 +190,7 @@ class Problem:
         if VOLTAGE in left and CURRENT in self.log:
             ohm = figures.get(RESISTANCE, self.stated(RESISTANCE))
             beside = self.log[CURRENT] - out[CURRENT]
-            left[VOLTAGE] += ohm * flowed(self.log, beside, self._metered)
+            left[VOLTAGE] += ohm * flowed(beside, self._metered, self._steady)
         return self.beside([*left.values()])
 
     @cached_property
@@ -207,6 +208,10 @@ class Problem:
     @cached_property
     def _metered(self) -> float:
         return metered(self.log, self.nominal[CURRENT])
+
+    @cached_property
+    def _steady(self) -> int:
+        return steady_rows(self.log)
 
     def stated(self, key: str) -> float:
         """Return what the vehicle file says of a figure, or what it is without."""

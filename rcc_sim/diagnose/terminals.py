@@ -71,20 +71,20 @@ def tells(voltage: Array) -> NDArray[np.bool_]:
     return np.asarray(near | (row == ((first + end) // 2)[stand]))
 
 
-def flowed(log: Trace, beside: Array, metered: float) -> Array:
+def flowed(beside: Array, metered: float, rows: int) -> Array:
     """Return what flowed beside the model's current, given what its meter read so. [A]
 
     The meter's own noise, which no voltage knows, is left out: a resistance would look
-    smaller by it. What is slow is the model's error; of what is fast, the share
-    ``metered`` is noise.
+    smaller by it. What is slow, over so many ``rows``, is the model's error; of what is
+    fast, the share ``metered`` is noise.
     """
-    slow = evened(log, beside)
+    slow = moving_mean(beside, rows)
     return slow + (1 - metered) * np.nan_to_num(beside - slow)
 
 
-def evened(log: Trace, current: Array) -> Array:
-    """Return a current without what is fast in it. [A]"""
-    return moving_mean(current, rows_in(log["time_s"], STEADY))
+def steady_rows(log: Trace) -> int:
+    """Return the rows over which a current's mean has nothing fast left in it."""
+    return rows_in(log["time_s"], STEADY)
 
 
 def metered(log: Trace, predicted: Array) -> float:
@@ -98,5 +98,5 @@ def metered(log: Trace, predicted: Array) -> float:
     """
     noise = min(noise_at_rest(log, CURRENT), sensor_noise(log[CURRENT]))
     beside = log[CURRENT] - predicted
-    power = float(np.nanmean((beside - evened(log, beside)) ** 2))
+    power = float(np.nanmean((beside - moving_mean(beside, steady_rows(log))) ** 2))
     return min(noise**2 / power, 1.0) if power > 0 else 0.0

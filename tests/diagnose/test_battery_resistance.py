@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from rcc_sim.analyse.gap_regimes import moving_mean
 from rcc_sim.analyse.logged import Logged
 from rcc_sim.definitions.cycle import Cycle, parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
@@ -14,7 +15,7 @@ from rcc_sim.diagnose.engine import Engine
 from rcc_sim.diagnose.misread import unjudged
 from rcc_sim.diagnose.posed import problem_of
 from rcc_sim.diagnose.run import diagnose
-from rcc_sim.diagnose.terminals import CURRENT, evened, metered, tells
+from rcc_sim.diagnose.terminals import CURRENT, metered, steady_rows, tells
 from rcc_sim.errors import InputError
 from rcc_sim.simulate.run import LaneChanges, simulate
 from rcc_sim.trace import Trace
@@ -199,6 +200,6 @@ def test_a_model_that_errs_most_where_most_flows_errs_more_than_the_meter():
     speed = 12.0 * ~stands
     log = Trace({"time_s": t, "speed_mps": speed, CURRENT: read})
     seen = read - model
-    fast, true = (x - evened(log, x) for x in (seen, beside))
+    fast, true = (x - moving_mean(x, steady_rows(log)) for x in (seen, beside))
     share = float(fast @ true / (fast @ fast))
     assert 1 - metered(log, model) == pytest.approx(share, abs=0.005)
