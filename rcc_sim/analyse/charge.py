@@ -15,7 +15,6 @@ from rcc_sim.analyse.gap_replays import Tolerances, toleranced
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.simulate.drive import has
 from rcc_sim.trace import Trace
-from rcc_sim.units import J_PER_WH
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
@@ -112,17 +111,6 @@ class Charge:
         return replace(moved, moved={**moved.moved, POWER: shifts})
 
 
-def battery_energy(vehicle: Vehicle) -> float | None:
-    """Energy of a full battery [J]: capacity times nominal voltage, where stated."""
-    battery = vehicle.battery
-    if battery is None or battery.capacity_ah is None:
-        return None
-    volts = battery.nominal_voltage_v or battery.open_circuit_voltage_v
-    if volts is None:
-        return None
-    return battery.capacity_ah.value * volts.value * J_PER_WH
-
-
 def charge_of(log: Trace, vehicle: Vehicle) -> Charge | None:
     r"""Return the power that a log's state of charge tells, if nothing else does.
 
@@ -132,7 +120,7 @@ def charge_of(log: Trace, vehicle: Vehicle) -> Charge | None:
     is as long as the charge takes to fall by some of its steps; one in which it jumps
     by as much between two rows is left out.
     """
-    energy = battery_energy(vehicle)
+    energy = vehicle.battery_energy
     if energy is None or not has(log, COLUMN) or has(log, POWER):
         return None
     if has(log, "battery_current_a"):

@@ -13,6 +13,7 @@ from rcc_sim.definitions.vehicle import Vehicle, load_vehicle
 from rcc_sim.errors import InputError
 from rcc_sim.physics.ledger import left_open
 from rcc_sim.similitude.scale import Scales
+from rcc_sim.similitude.unlikely import DENSEST
 from rcc_sim.trace import Trace
 from rcc_sim.units import J_PER_WH
 
@@ -21,9 +22,6 @@ STANDS = 0.002
 
 STEADY = 0.02
 """Share of the drive's largest acceleration below which it cruises."""
-
-DENSEST = 300.0
-"""Most energy per mass of a whole vehicle: more than the best cells alone. [Wh/kg]"""
 
 REGIMES = ("standstill", "acceleration", "cruise", "deceleration")
 
@@ -206,18 +204,18 @@ def battery_capacity(vehicle: Vehicle) -> float:
     InputError
         If the vehicle's file does not state them.
     """
-    battery = vehicle.battery
-    voltage = battery.nominal_voltage_v or battery.open_circuit_voltage_v
-    if voltage is None:
-        voltage = vehicle.figure("battery.nominal_voltage_v", "range needs it")
     capacity = vehicle.figure("battery.capacity_ah", "range needs it").value
-    if capacity * voltage.value > DENSEST * vehicle.body.mass_kg.value:
+    if vehicle.battery_energy is None:
+        vehicle.figure("battery.nominal_voltage_v", "range needs it")  # raises
+    energy = (vehicle.battery_energy or 0.0) / J_PER_WH
+    if energy > DENSEST * vehicle.body.mass_kg.value:
         raise InputError(
             f"{vehicle.where}: battery.capacity_ah: {capacity:g} A h at "
-            f"{voltage.value:g} V does not go with {vehicle.body.mass_kg.value:g} kg",
+            f"{energy / capacity:g} V does not go with "
+            f"{vehicle.body.mass_kg.value:g} kg",
             "ampere-hours of the whole pack are meant; 5000 mAh are 5",
         )
-    return capacity * voltage.value
+    return energy
 
 
 def scaled_report(

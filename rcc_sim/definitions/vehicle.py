@@ -37,6 +37,7 @@ from rcc_sim.definitions.vehicle_file import resolved
 from rcc_sim.errors import InputError
 from rcc_sim.physics.effect import Effect
 from rcc_sim.physics.effects import EFFECTS, sensor_delay
+from rcc_sim.units import J_PER_WH
 
 TABLES: dict[str, type[Table]] = {
     "vehicle": Heading,
@@ -106,6 +107,15 @@ class Vehicle:
     def lever(self) -> float:
         """Way of the vehicle as its motor turns by a radian, r_w/N_d. [m]"""
         return self.tyres.radius_m.value / self.drivetrain.gear_ratio.value
+
+    @property
+    def battery_energy(self) -> float | None:
+        """Energy of a full battery, capacity times nominal voltage, if stated. [J]"""
+        battery = self.battery
+        volts = battery.nominal_voltage_v or battery.open_circuit_voltage_v
+        if battery.capacity_ah is None or volts is None:
+            return None
+        return battery.capacity_ah.value * volts.value * J_PER_WH
 
     def figures(self) -> dict[str, Figure]:
         """Dotted key -> figure, of everything that the file states."""

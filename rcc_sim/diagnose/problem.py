@@ -10,7 +10,7 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.analyse.charge import Charge, battery_energy
+from rcc_sim.analyse.charge import Charge
 from rcc_sim.analyse.gap_regimes import HELD, Scale, moving_mean, rows_in, stands
 from rcc_sim.analyse.heading import TURN_RATE, turn_rate
 from rcc_sim.analyse.logcheck.rest import standing as surely_standing
@@ -174,7 +174,7 @@ class Problem:
             return out
         out = {name: self.charge.means(x) for name, x in out.items()}
         # the log's power was worked out with the energy that the file states
-        stated, true = battery_energy(self.vehicle), battery_energy(vehicle)
+        stated, true = self.vehicle.battery_energy, vehicle.battery_energy
         if stated and true:
             out["battery_power_w"] *= stated / true
         return out | {"time_s": self.log["time_s"]}

@@ -23,10 +23,13 @@ from rcc_sim.similitude.envelope import (
     speed_by_constant,
     speed_by_linkage,
 )
-from rcc_sim.units import G
+from rcc_sim.units import J_PER_WH, G
 
 CELLS = re.compile(r"\s*(\d+)\s*[sS]")
 """Cells in series, of a configuration: 3 of 3S, 96 of 96S1P."""
+
+DENSEST = 300.0
+"""Most energy per mass of a whole vehicle: more than the best cells alone. [Wh/kg]"""
 
 
 class Ratio(NamedTuple):
@@ -164,10 +167,8 @@ def _voltage_key(vehicle: Vehicle) -> str:
 
 def _specific_energy(vehicle: Vehicle) -> float | None:
     """Return Wh of battery per kg of vehicle, and no unit but these."""
-    charge, volts = vehicle.battery.capacity_ah, open_circuit_voltage(vehicle)
-    if charge is None or volts is None:
-        return None
-    return volts * charge.value / vehicle.body.mass_kg.value
+    energy = vehicle.battery_energy
+    return energy and energy / J_PER_WH / vehicle.body.mass_kg.value
 
 
 def _short_circuit(vehicle: Vehicle) -> float | None:
@@ -268,7 +269,7 @@ RATIOS = (
         "battery energy by mass of the vehicle [Wh/kg]",
         _specific_energy,
         0.3,
-        300.0,
+        DENSEST,
         "ampere-hours: 5200 mAh is 5.2",
     ),
     Ratio(

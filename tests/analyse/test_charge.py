@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rcc_sim.analyse.charge import STEPS, battery_energy, charge_of
+from rcc_sim.analyse.charge import STEPS, charge_of
 from rcc_sim.analyse.gap import gap
 from rcc_sim.analyse.logged import Logged, steered
 from rcc_sim.analyse.stale import between_updates, held_rows, refreshed
@@ -18,7 +18,7 @@ STEP = 0.02
 def drained(power, time):
     """A log whose battery gives this power [W], its charge in steps of 0.02 %."""
     energy = np.concatenate([[0.0], np.cumsum(power[1:] * np.diff(time))])
-    charge = 90 - 100 * energy / battery_energy(TWIZY)
+    charge = 90 - 100 * energy / TWIZY.battery_energy
     rounded = np.round(charge / STEP) * STEP
     speed = np.full(len(time), 8.0)
     columns = {"time_s": time, "speed_mps": speed, "state_of_charge_percent": rounded}
@@ -32,11 +32,11 @@ def test_the_power_put_in_comes_out_but_for_rounding(seed):
     power = 2000 + 1500 * np.sin(time / rng.uniform(40, 300))
     charge = charge_of(drained(power, time), TWIZY)
     error = charge.power - charge.means(power)
-    half_steps = 2 * 0.5 * STEP / 100 * battery_energy(TWIZY)
+    half_steps = 2 * 0.5 * STEP / 100 * TWIZY.battery_energy
     assert np.all(np.abs(error) * np.diff(time[charge.edges]) <= half_steps * 1.0001)
     assert np.std(error) == pytest.approx(np.mean(charge.noise), rel=0.3)
     assert len(charge.power) == pytest.approx(
-        np.trapezoid(power) / battery_energy(TWIZY) * 100 / STEP / STEPS, rel=0.05
+        np.trapezoid(power) / TWIZY.battery_energy * 100 / STEP / STEPS, rel=0.05
     )
 
 
@@ -46,7 +46,7 @@ def test_the_sum_over_all_stretches_is_what_the_charge_fell_by():
     charge = charge_of(log, TWIZY)
     fallen = log["state_of_charge_percent"][charge.edges[[0, -1]]] @ [1, -1]
     drawn = charge.power @ np.diff(time[charge.edges])
-    assert drawn == pytest.approx(fallen / 100 * battery_energy(TWIZY))
+    assert drawn == pytest.approx(fallen / 100 * TWIZY.battery_energy)
 
 
 def test_a_charge_that_jumps_spoils_one_stretch_alone():
@@ -60,7 +60,7 @@ def test_a_charge_that_jumps_spoils_one_stretch_alone():
     (lost,) = np.flatnonzero(np.isnan(charge.power))
     assert charge.edges[lost] < 901 <= charge.edges[lost + 1]
     off = np.abs(charge.power - 3000) * np.diff(time[charge.edges])
-    assert np.nanmax(off) <= STEP / 100 * battery_energy(TWIZY) * 1.0001
+    assert np.nanmax(off) <= STEP / 100 * TWIZY.battery_energy * 1.0001
 
 
 def test_a_hole_in_the_speed_leaves_an_uncertainty():

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from rcc_sim.analyse.charge import battery_energy
 from rcc_sim.analyse.logged import Logged
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.candidates import candidates_for
@@ -37,7 +36,7 @@ def driven(climbs, seed=1, car=TWIZY):
     columns = {"time_s": time, "speed_mps": speed, "slope": slope + 1e-9}
     drive = drive_of(Trace(columns, name="true"), car, 1e9)
     power = replay(car, drive)["battery_power_w"] + rng.normal(0, 800, len(time))
-    charge = 95 - 100 * np.cumsum(power) / battery_energy(TWIZY)
+    charge = 95 - 100 * np.cumsum(power) / TWIZY.battery_energy
     columns["state_of_charge_percent"] = np.round(charge / 0.02) * 0.02
     del columns["slope"]
     return Trace(columns, name="charge"), distance, slope
