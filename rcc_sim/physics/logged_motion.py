@@ -9,6 +9,7 @@ import math
 
 from rcc_sim.jit import jit
 from rcc_sim.physics.effects.motor_efficiency import ETA_MIN
+from rcc_sim.physics.logged_steering import enter_cell, steering_at
 from rcc_sim.physics.params import LOGGED
 from rcc_sim.physics.powertrain import electrify, mapped_efficiency
 from rcc_sim.physics.run import actuate, begin, open_window, write
@@ -18,7 +19,7 @@ from rcc_sim.physics.step import (
     step_imposed,
     step_steered,
 )
-from rcc_sim.physics.tables import between, command_at, seek
+from rcc_sim.physics.tables import between, seek
 
 NEAR = 1e-3  # 1; share of a step by which a span may be longer than whole steps
 
@@ -40,7 +41,9 @@ def look_up_inputs(p, s, u, t, row, drive, road):
     half = 0.5 * p.control.T_loop
     asked = t + half - p.steering_delay.delay_s
     s.steer_at = seek(asked, time, s.steer_at)
-    u.steer = command_at(asked, time, commands.steer, int(s.steer_at), held[1])
+    if s.steer_at != u.cell:
+        enter_cell(u, time, commands.steer, int(s.steer_at), held[1])
+    u.steer = steering_at(u, asked)
     u.aux = between(t + half, time, commands.aux, row)
     u.wind = between(t + half, time, commands.wind, row) + p.headwind.speed_mps
     at = s.s + half * s.v_x
@@ -78,13 +81,14 @@ def run_with_logged_motion(
     p = P[0]
     c, s, u, f, flow = work[0][0], work[1][0], work[2][0], work[3][0], work[4][0]
     E = sinks[0]
-    time, commands, _ = drive
+    time, commands, held = drive
     speed, torque = measured.speed, measured.torque
     yaw_rate, accel = measured.yaw_rate, measured.accel
     eta = maps[0]
     eff = max(p.motor_efficiency.scale, ETA_MIN)
     begin(p, c, s, u, max(speed[0], 0.0), 0.0)
     c.booked = 0.0
+    enter_cell(u, time, commands.steer, 0, held[1])
     look_up_inputs(p, s, u, time[0], 0, drive, road)
     u.steer = commands.steer[0]
     write(c, s, u, E, flow, rows[0])

@@ -44,8 +44,9 @@ STATE: Schema = floats(
 INPUTS: Schema = floats(
     "v_ref", "a_ref", "throttle", "tau", "brake", "steer", "delta", "sin_delta",
     "cos_delta", "slope", "aux", "wind",
+    "cell", "from_t", "per_s", "least", "steer_0", "steer_1", "steer_2", "steer_3",
 )  # fmt: skip
-"""What acts on the vehicle during one step."""
+"""What acts on the vehicle during one step; last, how a log's steering runs there."""
 
 FORCES: Schema = floats(
     "roll", "aero", "grade", "road", "scrub", "ground", "visc", "dry", "iron",

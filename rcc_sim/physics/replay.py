@@ -14,6 +14,7 @@ from rcc_sim.physics.effects.motor_efficiency import ETA_MIN
 from rcc_sim.physics.effects.reference_sampling import held_time
 from rcc_sim.physics.effects.speed_dead_zone import commands_nothing
 from rcc_sim.physics.effects.steering_delay import delayed
+from rcc_sim.physics.logged_steering import enter_cell, steering_at
 from rcc_sim.physics.params import SPEED
 from rcc_sim.physics.powertrain import electrify, mapped_efficiency
 from rcc_sim.physics.run import (
@@ -56,7 +57,7 @@ def look_up_inputs(p, s, u, t, rows_at, drive, road):
     s.ref_at = seek(sampled, time, s.ref_at)
     u.v_ref = command_at(sampled, time, commands.ref, int(s.ref_at), held[0])
     half = 0.5 * p.control.T_loop
-    u.steer = command_at(t + half, time, commands.steer, rows_at, held[1])
+    u.steer = steering_at(u, t + half)
     u.aux = between(t, time, commands.aux, rows_at)
     u.wind = between(t, time, commands.wind, rows_at) + p.headwind.speed_mps
     s.grade_at = seek(s.s, grade, s.grade_at)
@@ -129,7 +130,7 @@ def run_replayed(
     p = P[0]
     c, s, u, f, flow = work[0][0], work[1][0], work[2][0], work[3][0], work[4][0]
     E = sinks[0]
-    time, commands, _ = drive
+    time, commands, held = drive
     speed, current = measured.speed, measured.current
     eta, force = maps
     late_motor, late_steer = lines
@@ -143,6 +144,7 @@ def run_replayed(
         first = 0.0
     begin(p, c, s, u, max(first, 0.0), 0.0)
     c.booked = 0.0
+    enter_cell(u, time, commands.steer, 0, held[1])
     look_up_inputs(p, s, u, time[0], 0, drive, road)
     write(c, s, u, E, flow, rows[0])
     tick = math.floor(time[0] / T + NEAR)
@@ -157,6 +159,7 @@ def run_replayed(
         before = k - 1
         w_was = s.w
         span = time[k] - time[before]
+        enter_cell(u, time, commands.steer, before, held[1])
         while tick < last:
             if tick == opens:
                 open_window(flow)

@@ -71,8 +71,9 @@ class Drive:
     distance : ndarray or None
         Distance driven at the rows, where the road is not flat. [m]
     held : tuple of bool
-        Whether reference and steering hold between the rows, as digital commands do,
-        or run straight, as the throttle does.
+        Whether reference and steering hold between the rows, as digital commands do.
+        Else the reference runs straight, as the throttle does, and the steering as a
+        hand moves it.
     stated, climbed : bool
         Whether the file states the road; whether its slope is what the log's elevation
         gains over that distance.
