@@ -1,4 +1,4 @@
-"""The energy of each of several logs: does what mends the others mend it?"""
+"""The energy of each log: does what was found mend it, or open a gap?"""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from rcc_sim.diagnose.verdict import grew
 
 @dataclass(frozen=True)
 class LogEnergy:
-    """Energy gap of one of several logs, by the file's vehicle and by the mended one.
+    """Energy gap of one log, by the file's vehicle and by the mended one.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ class LogEnergy:
 
     @property
     def disagrees(self) -> bool:
-        """Whether what mends the others makes its gap larger, beyond chance."""
+        """Whether what was found makes its gap larger, beyond chance."""
         if self.before is None or self.after is None:
             return False
         return grew(self.before, self.after) and abs(self.after) > self.chance
@@ -44,9 +44,7 @@ class LogEnergy:
 def each_log(
     gaps: Sequence[Gap], nominal: Engine, acting: Engine, fit: Fit, *, by_torque: bool
 ) -> tuple[LogEnergy, ...]:
-    """Return the energy gap of each of several logs, before and after; none of one."""
-    if len(gaps) < 2:
-        return ()
+    """Return the energy gap of each log, before and after."""
     before, after = (
         energy_by_log(driven_by(engine.problems, by_torque=by_torque), values)
         for engine, values in ((nominal, {}), (acting, fit.values))

@@ -21,7 +21,7 @@ from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.apart_from_nil import apart_from_nil
 from rcc_sim.diagnose.as_felt import as_felt
 from rcc_sim.diagnose.as_sent import as_sent
-from rcc_sim.diagnose.by_log import each_log, noise_of
+from rcc_sim.diagnose.by_log import LogEnergy, each_log, noise_of
 from rcc_sim.diagnose.candidates import candidates_for
 from rcc_sim.diagnose.cause import Cause
 from rcc_sim.diagnose.compete import compete
@@ -126,7 +126,10 @@ def diagnose(
     large = any(g.energy.beyond(DOUBTLESS) for g in gaps)
     doubtless = any(g.energy.within is False for g in gaps)
     refuted: tuple[str, ...] = ()
-    if is_refuted(stands.causes, proved, gaps, doubtless=doubtless):
+    apart = partial(each_log, gaps, engine, by_torque=by_torque)
+    varies = not fresh and any(c.over_time for c in stands.causes)
+    opens = varies and opens_gaps(apart(stands.engine, stands.fit))
+    if opens or is_refuted(stands.causes, proved, gaps, doubtless=doubtless):
         refuted, large = tuple(c.effect for c in stands.causes), doubtless
         stands = only(engine, found, stands, [])
         proved = proven(stands.engine, fit=stands.fit, level={})
@@ -153,7 +156,7 @@ def diagnose(
     row = size_of(engine.problems[0], "row")
     asserted = asserted_of(fit, causes, stands.rivals, stated, row, chances)
     asserted = apart_from_nil(acting, fit, asserted)
-    by_log = each_log(gaps, engine, acting, fit, by_torque=by_torque)
+    by_log = apart(acting, fit) if len(gaps) > 1 else ()
     told("which run to drive next")
     runs = tuple(next_experiments(acting, fit, asserted, stands.rivals))
     status = status_of(
@@ -257,6 +260,14 @@ def is_refuted(
         return True
     steady = not any(c.over_time for c in causes)
     return steady and worsens(before, after, noise_of(gaps))
+
+
+def opens_gaps(by_log: Sequence[LogEnergy]) -> bool:
+    """Tell whether causes open an energy gap in every log that they were fitted to.
+
+    One that varies may follow row by row what another does, and miss what all takes.
+    """
+    return all(one.disagrees for one in by_log)
 
 
 def levels_of(

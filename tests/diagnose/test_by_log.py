@@ -10,7 +10,7 @@ from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.by_log import LogEnergy
 from rcc_sim.diagnose.hold_out import energy_by_log
 from rcc_sim.diagnose.posed import by_motion, problem_of
-from rcc_sim.diagnose.run import diagnose
+from rcc_sim.diagnose.run import diagnose, opens_gaps
 from rcc_sim.diagnose.verdict import status_of
 from rcc_sim.report.screen import screen
 from rcc_sim.report.verdict import verdict_of
@@ -85,3 +85,11 @@ def test_a_gap_that_grows_beyond_chance_disagrees(before, after, chance, disagre
 def test_no_status_is_a_clean_one_where_logs_disagree():
     assert status_of([], NOTHING, disagree=True) == "unexplained"
     assert status_of([CAUSE], NOTHING, 20.0, 1.0, disagree=True) == "partly_explained"
+
+
+@pytest.mark.parametrize(
+    ("off", "opens"), [([(-0.6, -11.8)], True), ([(-0.6, -11.8), (9.0, 1.0)], False)]
+)
+def test_a_gap_in_every_log_is_opened(off, opens):
+    by_log = [LogEnergy("log", was, now, chance=5.0) for was, now in off]
+    assert opens_gaps(by_log) is opens
