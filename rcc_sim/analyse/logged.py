@@ -173,10 +173,16 @@ def _within(trace: Trace, span: tuple[float, float]) -> Trace:
     rows = (time >= start) & (time <= end)
     if not rows.any():
         raise InputError(
-            f"{trace.name}: has no row from {start:g} to {end:g} s",
+            f"{trace.name}: has no row from {_times(start, end)}",
             f"its clock runs from {np.nanmin(time):.6g} to {np.nanmax(time):.6g} s",
         )
     return Trace({n: x[rows] for n, x in trace.columns.items()}, name=trace.name)
+
+
+def _times(start: float, end: float) -> str:
+    """Return a span in words; infinite is as far as the log goes."""
+    first = f"{start:g} s" if start > -np.inf else "its start"
+    return f"{first} to {f'{end:g} s' if end < np.inf else 'its end'}"
 
 
 def _without(trace: Trace, hide: Sequence[str]) -> Trace:

@@ -330,4 +330,10 @@ def _unknown(kind: str, name: str, entries: list[Entry]) -> InputError:
     like = f"did you mean {' or '.join(f'`{c}`' for c in close)}? " if close else ""
     there = f"there are {', '.join(known)}" if known else "none was found in any folder"
     hint = f"{like}{there}; a path to a file serves too"
-    return InputError(f"no such {kind.removesuffix('s')}: {name!r}", hint)
+    what = kind.removesuffix("s")
+    here = Path(name).expanduser()
+    if here.is_dir():
+        return InputError(f"{name}: is a folder, and no {what} is called so", hint)
+    if here.is_file():
+        return InputError(f"{name}: is no {what} file by its ending", hint)
+    return InputError(f"no such {what}: {name!r}", hint)
