@@ -198,7 +198,10 @@ class Diagnosis:
     def prices(self) -> Prices | None:
         """What each cause adds to the energy of the log that is shown."""
         causes, charge = [a.cause for a in self.asserted], self.problem.charge
-        return prices(self.plain, causes, self.fit.values, self.shown, charge)
+        simulated = self.gap.energy.simulated_wh
+        return prices(
+            self.plain, causes, self.fit.values, self.shown, charge, simulated
+        )
 
     @cached_property
     def plain(self) -> Problem:

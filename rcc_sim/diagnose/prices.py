@@ -41,11 +41,15 @@ class Prices:
         What the stated figures add that the logs moved. [Wh]
     unexplained_wh : float
         What is left of the gap. [Wh]
+    drive_wh : float
+        What is simulated more than for the gap because the drive is taken another way:
+        on the road that was felt, or by its motion in place of its torque. [Wh]
     """
 
     causes: dict[str, float]
     figures_wh: float
     unexplained_wh: float
+    drive_wh: float = 0.0
 
 
 def prices(
@@ -54,6 +58,7 @@ def prices(
     values: Mapping[str, float],
     log: int = 0,
     charge: Charge | None = None,
+    simulated: float | None = None,
 ) -> Prices | None:
     """Return what each cause adds to the energy of a drive.
 
@@ -74,6 +79,8 @@ def prices(
         Which of the logs it is: a profile is that of this one.
     charge : Charge or None
         Stretches over which its power is known, and the model's is held likewise.
+    simulated : float or None
+        What the gap has the nominal vehicle take, where that may be another. [Wh]
 
     Returns
     -------
@@ -111,7 +118,10 @@ def prices(
         return None
     paid = {p: float(np.mean([s[p] for s in steps])) for p in order}
     figures = paid.pop(FIGURES)
-    return Prices(paid, figures, energy_of(measured, weights) / J_PER_WH - ends[1])
+    left = energy_of(measured, weights) / J_PER_WH - ends[1]
+    return Prices(
+        paid, figures, left, 0.0 if simulated is None else ends[0] - simulated
+    )
 
 
 def with_profiles(plain: Problem, causes: Sequence[Cause], log: int = 0) -> Problem:

@@ -8,15 +8,20 @@ from typing import Any
 from rcc_sim.analyse.energy import compared
 from rcc_sim.report.channels import title_of
 from rcc_sim.report.findings import Report
-from rcc_sim.report.html_parts import Column, bar, effect_title, section, table
+from rcc_sim.report.html_parts import (
+    OTHER_DRIVE,
+    SMALL,
+    Column,
+    bar,
+    effect_title,
+    section,
+    table,
+)
 from rcc_sim.report.text import Markup, figures, percent, tag
 from rcc_sim.units import unit_of
 
 CLOSE = 0.5
 """Share of the longest bar at which the bars may begin, where all steps lie above."""
-
-SMALL = 1e-3
-"""Share of the energy below which a step of the waterfall is not shown."""
 
 
 def waterfall(report: Report) -> Markup:
@@ -82,7 +87,8 @@ def cause_steps(report: Report) -> Sequence[tuple[str, float]]:
     if prices is None:
         return []
     steps = [(effect_title(name), wh) for name, wh in prices.causes.items()]
-    return [*steps, ("shifts of stated figures", prices.figures_wh)]
+    steps.append(("shifts of stated figures", prices.figures_wh))
+    return [(OTHER_DRIVE, prices.drive_wh), *steps]
 
 
 def where(report: Report) -> Markup:

@@ -13,6 +13,12 @@ SCALE = 1000.0
 """Width of a bar's own coordinates."""
 
 
+OTHER_DRIVE = "drive taken otherwise than logged (road, torque)"
+"""What the energy is called that another drive than the gap's takes."""
+
+SMALL = 1e-3
+"""Share of the energy below which a step of it is not shown."""
+
 OTHERS = {"none": "no effect at all", "unknown": "something not in the library"}
 """What competes with the effects -> what people call it."""
 

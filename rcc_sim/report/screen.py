@@ -21,7 +21,7 @@ from rcc_sim.diagnose.verdict import (
 )
 from rcc_sim.report.channels import way_of
 from rcc_sim.report.doubts import SURE, doubts
-from rcc_sim.report.html_parts import OTHERS
+from rcc_sim.report.html_parts import OTHER_DRIVE, OTHERS, SMALL
 from rcc_sim.report.promise import promise
 from rcc_sim.report.text import (
     figures,
@@ -319,6 +319,8 @@ def _ledger(found: Diagnosis) -> Iterator[tuple[str, str]]:
         return
     how = "by the motion alone: " * found.proof.by_torque
     steps = [f"{name} {_wh(wh)}" for name, wh in prices.causes.items()]
+    if abs(prices.drive_wh) > SMALL * abs(found.gap.energy.measured_wh or 0.0):
+        steps.insert(0, f"{OTHER_DRIVE} {_wh(prices.drive_wh)}")
     steps += [
         f"shifts of stated figures {_wh(prices.figures_wh)}",
         f"unexplained {_wh(prices.unexplained_wh)}",

@@ -13,6 +13,7 @@ from rcc_sim.diagnose.prices import prices, with_profiles
 from rcc_sim.diagnose.profile import Profile
 from rcc_sim.simulate.run import simulate
 from rcc_sim.trace import write_trace
+from rcc_sim.units import J_PER_WH, G
 
 ROLLS = Cause("rolling_resistance", ("effects.rolling_resistance.coefficient",), 50, 0)
 DRAWS = Cause("auxiliary_load", ("effects.auxiliary_load.power_w",), 40, 0)
@@ -48,6 +49,19 @@ def test_prices_and_what_is_left_sum_to_the_gap_that_gap_measures(log, plain):
     told = prices(plain, [ROLLS, DRAWS], VALUES)
     whole = sum(told.causes.values()) + told.figures_wh + told.unexplained_wh
     assert whole == pytest.approx(energy.gap_wh, rel=1e-9)
+
+
+def test_what_another_drive_takes_is_told_apart(log, plain):
+    """Prices, what is left and the other drive sum to the gap that was measured."""
+    energy = gap(log, load_vehicle("rcc")).energy
+    uphill = plain.on_road(np.array([0.0, 1e4]), np.array([0.01, 0.01]))
+    told = prices(uphill, [ROLLS, DRAWS], VALUES, simulated=energy.simulated_wh)
+    climbed = prices(uphill, [], {}).unexplained_wh
+    assert told.drive_wh == pytest.approx(energy.gap_wh - climbed, rel=1e-9)
+    lifted = plain.vehicle.body.mass_kg.value * G * 0.01 * plain.distance[-1] / J_PER_WH
+    assert 1.0 < told.drive_wh / lifted < 1.2  # and the copper loss of doing it
+    whole = sum(told.causes.values()) + told.figures_wh + told.unexplained_wh
+    assert whole + told.drive_wh == pytest.approx(energy.gap_wh, rel=1e-9)
 
 
 def test_a_constant_load_costs_its_power_times_the_time(log, plain):
