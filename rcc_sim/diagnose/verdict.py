@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from rcc_sim.analyse.logcheck.finding import Finding
 from rcc_sim.definitions.figure import Z_90
-from rcc_sim.diagnose.cause import ENOUGH, Cause
+from rcc_sim.diagnose.cause import ANOTHER_VEHICLE, ENOUGH, Cause
 from rcc_sim.diagnose.compete import Explanation
 from rcc_sim.diagnose.fit import Fit
 from rcc_sim.diagnose.knobs import Knob
@@ -197,8 +197,8 @@ def probability(
     """Return the probability that a cause, or one tied with it, acts.
 
     An even chance at most where it, or a stronger one, ``ends`` as its search does, or
-    beside stated figures that are ``farthest`` off by more sds than is tolerated: one
-    of them stands for what is not known, which is as likely as a cause must be.
+    beside stated figures that are ``farthest`` off by as many sds as another vehicle's:
+    one of them stands for what is not known.
     """
     margin = min(cause.gain - 0.5 * ENOUGH, cause.gain - cause.rival)
     if abs(margin) < EQUAL:
@@ -208,7 +208,7 @@ def probability(
         chance = max(chance, EVEN)
     if left.is_real:
         chance *= cause.gain / (cause.gain + left.against(cause.effect, cause.shares))
-    most = EVEN if ends or farthest > TOLERATED else SUREST
+    most = EVEN if ends or farthest > ANOTHER_VEHICLE else SUREST
     return min(max(chance, LEAST_SURE), most)
 
 
