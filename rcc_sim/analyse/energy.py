@@ -205,9 +205,11 @@ def battery_capacity(vehicle: Vehicle) -> float:
         If the vehicle's file does not state them.
     """
     capacity = vehicle.figure("battery.capacity_ah", "range needs it").value
-    if vehicle.battery_energy is None:
+    joules = vehicle.battery_energy
+    if joules is None:
         vehicle.figure("battery.nominal_voltage_v", "range needs it")  # raises
-    energy = (vehicle.battery_energy or 0.0) / J_PER_WH
+    assert joules is not None
+    energy = joules / J_PER_WH
     if energy > DENSEST * vehicle.body.mass_kg.value:
         raise InputError(
             f"{vehicle.where}: battery.capacity_ah: {capacity:g} A h at "

@@ -128,8 +128,9 @@ def diagnose(
     refuted: tuple[str, ...] = ()
     apart = partial(each_log, gaps, engine, by_torque=by_torque)
     varies = not fresh and any(c.over_time for c in stands.causes)
-    opens = varies and opens_gaps(apart(stands.engine, stands.fit))
-    if opens or is_refuted(stands.causes, proved, gaps, doubtless=doubtless):
+    if is_refuted(stands.causes, proved, gaps, doubtless=doubtless) or (
+        varies and opens_gaps(apart(stands.engine, stands.fit))
+    ):
         refuted, large = tuple(c.effect for c in stands.causes), doubtless
         stands = only(engine, found, stands, [])
         proved = proven(stands.engine, fit=stands.fit, level={})
