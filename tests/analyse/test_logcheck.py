@@ -7,8 +7,10 @@ import pytest
 from drives import CAR, ROVER, SEDAN, SOUND, TRUCK, driven, logged, with_fault
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.signal import butter, lfilter
 
 from rcc_sim.analyse.logcheck import Checked, check_log, check_reading
+from rcc_sim.analyse.logcheck.finding import is_noisy
 from rcc_sim.analyse.logcheck.mistakes import DEG
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.verdict import of_another
@@ -61,6 +63,16 @@ def test_neither_noise_nor_the_hour_makes_a_sound_log_unsound(
 def test_a_model_without_noise_at_a_row_a_second_is_no_fault(vehicle):
     trace = driven(vehicle, "udds", None, None, True)
     assert not grave(check_log(trace, load_vehicle(vehicle)))
+
+
+def test_quick_turns_are_no_noise_and_slowly_filtered_noise_is():
+    """A sine of five rows turns at 40 % of them, but never twice in succession."""
+    rows = np.arange(2000)
+    for period in (5.0, 6.3, 8.0):
+        assert not is_noisy(np.sin(2 * np.pi * rows / period))
+    white = np.random.default_rng(0).normal(size=4000)
+    assert is_noisy(white)
+    assert is_noisy(lfilter(*butter(2, 0.2), white))
 
 
 def test_a_sound_log_passes_through_untouched():

@@ -57,9 +57,8 @@ def dead(columns: Columns) -> list[Finding]:
     moves = "speed_mps" not in fixed and "speed_mps" in columns
     turns = "steer_cmd_rad" in columns and "steer_cmd_rad" not in fixed
     step = float(np.median(np.diff(columns["time_s"])))
-    real = step < SLOW and any(
-        is_noisy(columns[n]) for n in MEASURED if n in columns and n not in fixed
-    )
+    noisy = [is_noisy(columns[n]) for n in MEASURED if n in columns and n not in fixed]
+    real = step < SLOW and 2 * sum(noisy) > len(noisy)
     for name, values in fixed.items():
         if name in empty or name == "time_s":
             continue

@@ -39,6 +39,11 @@ MEASURED = (*dict.fromkeys((*KINEMATIC, *INERTIAL, *ELECTRICAL)),)
 USED = "used as it is"
 DROPPED = "gap and diagnose leave the channel out"
 
+TURNS, TWICE = 0.25, 0.02
+"""Shares of rows at which noise turns at least, and turns again at once: noise behind a
+second-order low-pass at 0.2 of the Nyquist rate turns at 0.27 and again at 0.027.
+"""
+
 SAMPLES = 50_000
 """Rows that a look at a channel's nature takes; long logs are seen in parts."""
 
@@ -151,12 +156,18 @@ def runs(mask: Mask) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
 def is_noisy(values: Array) -> bool:
     """Tell whether neighbouring rows scatter, as a sensor's do and a model's do not.
 
-    White noise turns at two rows of three; a smooth signal at hardly any.
+    White noise turns at two rows of three, and at two in succession at five of twelve;
+    a smooth signal of a few rows a period turns as often, but never twice in
+    succession.
     """
     some = sampled(values, 20_000)
     steps = np.diff(some[np.isfinite(some)])
     steps = steps[steps != 0]
-    return len(steps) > 20 and float(np.mean(steps[1:] * steps[:-1] < 0)) > 0.25
+    if len(steps) <= 20:
+        return False
+    turns = steps[1:] * steps[:-1] < 0
+    again = turns[1:] & turns[:-1]
+    return bool(np.mean(turns) > TURNS and np.mean(again) > TWICE)
 
 
 def is_constant(values: Array) -> bool:
