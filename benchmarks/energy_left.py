@@ -22,7 +22,7 @@ from rcc_sim.analyse.gap import gap
 from rcc_sim.analyse.logged import open_log
 from rcc_sim.definitions.vehicle import Vehicle, load_vehicle
 from rcc_sim.diagnose.deliver import write_mended
-from rcc_sim.diagnose.fit import Fit
+from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.errors import InputError
 

@@ -24,7 +24,7 @@ from rcc_sim.blind import case, drives, nominal, sensors, worth
 from rcc_sim.blind.bases import BASES, Base, truth
 from rcc_sim.blind.plant import CLOCK, CURRENT_LAG
 from rcc_sim.definitions.vehicle import Vehicle, load_vehicle
-from rcc_sim.diagnose.problem import RECALLS, Problem
+from rcc_sim.diagnose.residuals.problem import RECALLS, Problem
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import FREE, replay
 from rcc_sim.trace import Trace

@@ -18,13 +18,13 @@ from pathlib import Path
 from benchmarks.one_car import PLANT, write
 from rcc_sim.analyse.logged import open_log
 from rcc_sim.definitions.vehicle import Vehicle, load_vehicle
-from rcc_sim.diagnose import descent
-from rcc_sim.diagnose.candidates import candidates_for
-from rcc_sim.diagnose.engine import Engine
-from rcc_sim.diagnose.knobs import nuisance_knobs
-from rcc_sim.diagnose.pool import Evidence, evidence_of
-from rcc_sim.diagnose.pooled import pool
-from rcc_sim.diagnose.posed import problem_of
+from rcc_sim.diagnose.causes.candidates import candidates_for
+from rcc_sim.diagnose.fitting import descent
+from rcc_sim.diagnose.fitting.engine import Engine
+from rcc_sim.diagnose.fitting.knobs import nuisance_knobs
+from rcc_sim.diagnose.fleet.pool import Evidence, evidence_of
+from rcc_sim.diagnose.fleet.pooled import pool
+from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.run import diagnose
 
 BASES = {"slash": 30.0, "sedan": 120.0, "racer": 30.0, "pickup": 120.0}

@@ -24,13 +24,13 @@ from scipy.ndimage import gaussian_filter1d, median_filter
 from rcc_sim.analyse.heading import seen_heading, turn_at
 from rcc_sim.analyse.logged import open_log
 from rcc_sim.definitions.vehicle import Vehicle, load_vehicle
-from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.deliver import acting
 from rcc_sim.diagnose.diagnosis import Diagnosis
-from rcc_sim.diagnose.engine import Engine
-from rcc_sim.diagnose.knobs import nuisance_knobs
-from rcc_sim.diagnose.posed import problem_of
-from rcc_sim.diagnose.problem import Problem
+from rcc_sim.diagnose.fitting import descent
+from rcc_sim.diagnose.fitting.engine import Engine
+from rcc_sim.diagnose.fitting.knobs import nuisance_knobs
+from rcc_sim.diagnose.residuals.posed import problem_of
+from rcc_sim.diagnose.residuals.problem import Problem
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.physics.effects.road_load import road_load_force
 from rcc_sim.trace import Trace

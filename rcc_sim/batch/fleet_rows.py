@@ -253,9 +253,9 @@ def evidence(result: Diagnosis, only: Sequence[str]) -> Row:
 
     As it was explained: thinned, on the road that was felt, its commands held or not.
     """
-    from rcc_sim.diagnose.candidates import candidates_for
-    from rcc_sim.diagnose.engine import Engine
-    from rcc_sim.diagnose.pool import evidence_of, packed
+    from rcc_sim.diagnose.causes.candidates import candidates_for
+    from rcc_sim.diagnose.fitting.engine import Engine
+    from rcc_sim.diagnose.fleet.pool import evidence_of, packed
 
     problems = [result.problem]
     form = evidence_of(

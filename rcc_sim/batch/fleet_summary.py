@@ -12,8 +12,8 @@ import numpy as np
 
 from rcc_sim.batch.batch import kind_of
 from rcc_sim.batch.fleet_rows import TEMPERATURE
-from rcc_sim.diagnose.pool import Evidence, unpacked
-from rcc_sim.diagnose.pooled import Common, Explained, Pooled, pool
+from rcc_sim.diagnose.fleet.pool import Evidence, unpacked
+from rcc_sim.diagnose.fleet.pooled import Common, Explained, Pooled, pool
 
 Row = Mapping[str, Any]
 Ties = dict[str, list[str]]

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from rcc_sim.definitions.figure import Z_90
 from rcc_sim.definitions.kernel import road_of
 from rcc_sim.definitions.write_vehicle import write_vehicle
-from rcc_sim.diagnose.cause import Cause
+from rcc_sim.diagnose.causes.cause import Cause
+from rcc_sim.diagnose.causes.profile import Profile
 from rcc_sim.diagnose.diagnosis import Diagnosis
-from rcc_sim.diagnose.limits import level_column, limits_of
-from rcc_sim.diagnose.menu import Run, menu
-from rcc_sim.diagnose.profile import Profile
+from rcc_sim.diagnose.next_run.limits import level_column, limits_of
+from rcc_sim.diagnose.next_run.menu import Run, menu
 from rcc_sim.errors import InputError
 from rcc_sim.readers import write_commands
 from rcc_sim.simulate.replay import speed_share

@@ -11,23 +11,23 @@ from rcc_sim.analyse.gap import Gap
 from rcc_sim.analyse.gap_report import where
 from rcc_sim.definitions.figure import Z_90, Figure
 from rcc_sim.definitions.vehicle import Vehicle
-from rcc_sim.diagnose.by_log import LogEnergy
-from rcc_sim.diagnose.cause import ANOTHER_VEHICLE
-from rcc_sim.diagnose.compete import Explanation
-from rcc_sim.diagnose.experiment import Experiment
-from rcc_sim.diagnose.fit import Fit
-from rcc_sim.diagnose.hold_out import Proof
-from rcc_sim.diagnose.knobs import BIAS, OWN, RADIUS, Knob
-from rcc_sim.diagnose.posed import problem_of
-from rcc_sim.diagnose.prices import Prices, prices
-from rcc_sim.diagnose.problem import Problem
-from rcc_sim.diagnose.pulls import moved, moved_together
-from rcc_sim.diagnose.remainder import Remainder
-from rcc_sim.diagnose.verdict import (
+from rcc_sim.diagnose.causes.cause import ANOTHER_VEHICLE
+from rcc_sim.diagnose.causes.prices import Prices, prices
+from rcc_sim.diagnose.fitting.fit import Fit
+from rcc_sim.diagnose.fitting.knobs import BIAS, OWN, RADIUS, Knob
+from rcc_sim.diagnose.fitting.pulls import moved, moved_together
+from rcc_sim.diagnose.judge.verdict import (
     INTERVAL,
     Asserted,
     ranking,
 )
+from rcc_sim.diagnose.next_run.experiment import Experiment
+from rcc_sim.diagnose.profiles.remainder import Remainder
+from rcc_sim.diagnose.proof.by_log import LogEnergy
+from rcc_sim.diagnose.proof.hold_out import Proof
+from rcc_sim.diagnose.residuals.posed import problem_of
+from rcc_sim.diagnose.residuals.problem import Problem
+from rcc_sim.diagnose.search.compete import Explanation
 
 TOLD, MOVED = 0.9, 0.1
 """Share of its stated sd below which the sd of a figure must fall for it to be written;

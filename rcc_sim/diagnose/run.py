@@ -18,29 +18,17 @@ from rcc_sim.analyse.gap import Gap, gap
 from rcc_sim.analyse.logged import Logged
 from rcc_sim.analyse.offsets import OFFSETS
 from rcc_sim.definitions.vehicle import Vehicle
-from rcc_sim.diagnose.apart_from_nil import apart_from_nil
-from rcc_sim.diagnose.as_felt import as_felt
-from rcc_sim.diagnose.as_sent import as_sent
-from rcc_sim.diagnose.by_log import LogEnergy, each_log, noise_of
-from rcc_sim.diagnose.candidates import candidates_for
-from rcc_sim.diagnose.cause import Cause
-from rcc_sim.diagnose.compete import compete
-from rcc_sim.diagnose.dense import rows_to_one, thinned, with_fewer_rows
+from rcc_sim.diagnose.causes.candidates import candidates_for
+from rcc_sim.diagnose.causes.cause import Cause
 from rcc_sim.diagnose.diagnosis import Diagnosis
-from rcc_sim.diagnose.engine import MEMORY, Engine
-from rcc_sim.diagnose.experiment import next_experiments
-from rcc_sim.diagnose.fit import Fit
-from rcc_sim.diagnose.hold_out import Proof, leave_shaft, proof
-from rcc_sim.diagnose.misread import findings_of
-from rcc_sim.diagnose.posed import problem_of
-from rcc_sim.diagnose.problem import MIN_ROWS, Problem
-from rcc_sim.diagnose.pulls import moved, moved_together
-from rcc_sim.diagnose.shapes import LATERAL
-from rcc_sim.diagnose.sizes import size_of
-from rcc_sim.diagnose.stands import only, what_stands
-from rcc_sim.diagnose.terminals import VOLTAGE
-from rcc_sim.diagnose.tips import no_surer
-from rcc_sim.diagnose.verdict import (
+from rcc_sim.diagnose.fitting.engine import MEMORY, Engine
+from rcc_sim.diagnose.fitting.fit import Fit
+from rcc_sim.diagnose.fitting.pulls import moved, moved_together
+from rcc_sim.diagnose.fitting.tips import no_surer
+from rcc_sim.diagnose.judge.apart_from_nil import apart_from_nil
+from rcc_sim.diagnose.judge.misread import findings_of
+from rcc_sim.diagnose.judge.stands import only, what_stands
+from rcc_sim.diagnose.judge.verdict import (
     DOUBTLESS,
     EVEN,
     asserted_of,
@@ -52,6 +40,18 @@ from rcc_sim.diagnose.verdict import (
     status_of,
     worsens,
 )
+from rcc_sim.diagnose.next_run.experiment import next_experiments
+from rcc_sim.diagnose.profiles.as_felt import as_felt
+from rcc_sim.diagnose.proof.by_log import LogEnergy, each_log, noise_of
+from rcc_sim.diagnose.proof.hold_out import Proof, leave_shaft, proof
+from rcc_sim.diagnose.residuals.dense import rows_to_one, thinned, with_fewer_rows
+from rcc_sim.diagnose.residuals.posed import problem_of
+from rcc_sim.diagnose.residuals.problem import MIN_ROWS, Problem
+from rcc_sim.diagnose.residuals.shapes import LATERAL
+from rcc_sim.diagnose.residuals.sizes import size_of
+from rcc_sim.diagnose.residuals.terminals import VOLTAGE
+from rcc_sim.diagnose.search.as_sent import as_sent
+from rcc_sim.diagnose.search.compete import compete
 from rcc_sim.errors import InputError
 from rcc_sim.jit import threads
 from rcc_sim.trace import Trace

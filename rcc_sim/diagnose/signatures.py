@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.diagnose.candidates import candidates_for
-from rcc_sim.diagnose.engine import Engine
-from rcc_sim.diagnose.fit import Fit
-from rcc_sim.diagnose.knobs import figures_of
-from rcc_sim.diagnose.prices import with_profiles
-from rcc_sim.diagnose.screen import Screen
+from rcc_sim.diagnose.causes.candidates import candidates_for
+from rcc_sim.diagnose.causes.prices import with_profiles
+from rcc_sim.diagnose.fitting.engine import Engine
+from rcc_sim.diagnose.fitting.fit import Fit
+from rcc_sim.diagnose.fitting.knobs import figures_of
+from rcc_sim.diagnose.search.screen import Screen
 from rcc_sim.errors import InputError
 
 if TYPE_CHECKING:
     from rcc_sim.diagnose.diagnosis import Diagnosis
-    from rcc_sim.diagnose.problem import Problem
+    from rcc_sim.diagnose.residuals.problem import Problem
 
 Array = NDArray[np.float64]
 

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.analyse.gap_regimes import REGIMES
+from rcc_sim.diagnose.causes.prices import with_profiles
 from rcc_sim.diagnose.deliver import write_mended, write_profiles
 from rcc_sim.diagnose.diagnosis import Diagnosis
-from rcc_sim.diagnose.knobs import figures_of
-from rcc_sim.diagnose.prices import with_profiles
+from rcc_sim.diagnose.fitting.knobs import figures_of
 from rcc_sim.diagnose.signatures import signatures
 from rcc_sim.report.findings import Report, spans_of
 from rcc_sim.report.provenance import run_record

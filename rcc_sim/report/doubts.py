@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from rcc_sim.analyse.gap_energy import COVERAGE
 from rcc_sim.diagnose.diagnosis import Diagnosis
-from rcc_sim.diagnose.verdict import Asserted, of_another
+from rcc_sim.diagnose.judge.verdict import Asserted, of_another
 from rcc_sim.report.text import figures, rounded, short
 from rcc_sim.report.verdict import OTHER, doubt_of, hangs_together, too_many
 

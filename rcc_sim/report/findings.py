@@ -14,7 +14,7 @@ from rcc_sim.analyse.logcheck.finding import Finding
 from rcc_sim.trace import Trace
 
 if TYPE_CHECKING:
-    from rcc_sim.diagnose.prices import Prices
+    from rcc_sim.diagnose.causes.prices import Prices
     from rcc_sim.diagnose.signatures import Signatures
 
 Columns = Mapping[str, NDArray[np.float64]]

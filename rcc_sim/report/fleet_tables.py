@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from rcc_sim.batch.fleet_rows import TEMPERATURE
-from rcc_sim.diagnose.pooled import POOLED_ENOUGH
+from rcc_sim.diagnose.fleet.pooled import POOLED_ENOUGH
 from rcc_sim.report.html_parts import effect_title
 from rcc_sim.report.text import figures, listed, percent
 

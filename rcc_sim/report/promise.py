@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from math import exp
 from typing import Any
 
-from rcc_sim.diagnose.cause import TIED
+from rcc_sim.diagnose.causes.cause import TIED
 from rcc_sim.report.text import figures, percent
 
 CERTAIN = 1000.0

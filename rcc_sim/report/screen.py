@@ -12,13 +12,13 @@ from rcc_sim.analyse.gap_energy import COVERAGE, EnergyGap, logged_power
 from rcc_sim.analyse.gap_regimes import moving_mean
 from rcc_sim.analyse.logcheck.finding import counted
 from rcc_sim.diagnose.diagnosis import Diagnosis
-from rcc_sim.diagnose.menu import STAND
-from rcc_sim.diagnose.verdict import (
+from rcc_sim.diagnose.judge.verdict import (
     EVEN,
     Asserted,
     Estimate,
     grew,
 )
+from rcc_sim.diagnose.next_run.menu import STAND
 from rcc_sim.report.channels import way_of
 from rcc_sim.report.doubts import SURE, doubts
 from rcc_sim.report.html_parts import OTHER_DRIVE, OTHERS, SMALL

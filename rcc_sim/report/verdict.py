@@ -122,8 +122,8 @@ def doubt_of(
     >>> doubt_of({"body.mass_kg": -9.5, "tyres.radius_m": 8.0}, 12.1)
     'together as unlikely as one figure 12 sds off: was it this vehicle that drove?'
     """
-    from rcc_sim.diagnose.cause import ANOTHER_VEHICLE
-    from rcc_sim.diagnose.verdict import TOLERATED
+    from rcc_sim.diagnose.causes.cause import ANOTHER_VEHICLE
+    from rcc_sim.diagnose.judge.verdict import TOLERATED
 
     key, sds = next(iter(moved.items()), ("", 0.0))
     far = max(abs(sds), together)

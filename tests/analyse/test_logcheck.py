@@ -13,7 +13,7 @@ from rcc_sim.analyse.logcheck import Checked, check_log, check_reading
 from rcc_sim.analyse.logcheck.finding import is_noisy
 from rcc_sim.analyse.logcheck.mistakes import DEG
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.verdict import of_another
+from rcc_sim.diagnose.judge.verdict import of_another
 from rcc_sim.errors import InputError
 from rcc_sim.readers.car import ratios
 from rcc_sim.readers.log import Log

@@ -24,7 +24,7 @@ from rcc_sim.batch.fleet_rows import (
 from rcc_sim.batch.fleet_summary import recurring, summary
 from rcc_sim.definitions.cycle import Cycle
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.pool import unpacked
+from rcc_sim.diagnose.fleet.pool import unpacked
 from rcc_sim.errors import InputError
 from rcc_sim.report.fleet_tables import lines, pooled_lines
 from rcc_sim.simulate.run import simulate

@@ -6,7 +6,7 @@ import pytest
 from scipy.stats import norm
 
 from rcc_sim.definitions.figure import Figure
-from rcc_sim.diagnose.terminals import knows_voltage
+from rcc_sim.diagnose.residuals.terminals import knows_voltage
 
 
 @pytest.mark.parametrize(

@@ -9,8 +9,8 @@ import pytest
 from rcc_sim.definitions.faults import vehicle_faults
 from rcc_sim.definitions.kernel import force_table
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.knobs import tolerance_knobs
-from rcc_sim.diagnose.posed import problem_of
+from rcc_sim.diagnose.fitting.knobs import tolerance_knobs
+from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import replay
 from rcc_sim.trace import Trace

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose import descent
-from rcc_sim.diagnose.engine import Engine
-from rcc_sim.diagnose.knobs import nuisance_knobs
-from rcc_sim.diagnose.posed import problem_of
-from rcc_sim.diagnose.problem import SINCE_BRAKING, SINCE_STANDING, Problem
-from rcc_sim.diagnose.remainder import remainder
+from rcc_sim.diagnose.fitting import descent
+from rcc_sim.diagnose.fitting.engine import Engine
+from rcc_sim.diagnose.fitting.knobs import nuisance_knobs
+from rcc_sim.diagnose.profiles.remainder import remainder
+from rcc_sim.diagnose.residuals.posed import problem_of
+from rcc_sim.diagnose.residuals.problem import SINCE_BRAKING, SINCE_STANDING, Problem
 from rcc_sim.trace import Trace
 
 CAR = load_vehicle("tesla_model_3")

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.candidates import Candidate
+from rcc_sim.diagnose.causes.candidates import Candidate
 from rcc_sim.diagnose.run import diagnose
-from rcc_sim.diagnose.screen import Screened, Slope, shared
+from rcc_sim.diagnose.search.screen import Screened, Slope, shared
 from rcc_sim.simulate.run import LaneChanges
 from tests.scaled_drive import NOISE, drive, logged
 

@@ -7,11 +7,11 @@ from scipy.signal import lfilter
 from rcc_sim.analyse.logged import Logged
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose import descent
-from rcc_sim.diagnose.as_felt import felt_slope
-from rcc_sim.diagnose.engine import Engine
-from rcc_sim.diagnose.knobs import nuisance_knobs
-from rcc_sim.diagnose.posed import problem_of
+from rcc_sim.diagnose.fitting import descent
+from rcc_sim.diagnose.fitting.engine import Engine
+from rcc_sim.diagnose.fitting.knobs import nuisance_knobs
+from rcc_sim.diagnose.profiles.as_felt import felt_slope
+from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.report.doubts import misread_sensors
 from rcc_sim.report.verdict import verdict_of

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from rcc_sim.analyse.logged import open_log
-from rcc_sim.diagnose import descent
-from rcc_sim.diagnose.apart_from_nil import apart_from_nil
-from rcc_sim.diagnose.cause import Cause
-from rcc_sim.diagnose.engine import Engine
-from rcc_sim.diagnose.knobs import Knob
-from rcc_sim.diagnose.posed import problem_of
-from rcc_sim.diagnose.verdict import Asserted, Estimate
+from rcc_sim.diagnose.causes.cause import Cause
+from rcc_sim.diagnose.fitting import descent
+from rcc_sim.diagnose.fitting.engine import Engine
+from rcc_sim.diagnose.fitting.knobs import Knob
+from rcc_sim.diagnose.judge.apart_from_nil import apart_from_nil
+from rcc_sim.diagnose.judge.verdict import Asserted, Estimate
+from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import replay
 from rcc_sim.trace import Trace

@@ -8,8 +8,8 @@ from rcc_sim.analyse.logged import Logged
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose import run
-from rcc_sim.diagnose.compete import compete
 from rcc_sim.diagnose.run import diagnose
+from rcc_sim.diagnose.search.compete import compete
 from rcc_sim.similitude.cycles import scale_cycle
 from rcc_sim.simulate.drive import drive_of, holds
 from rcc_sim.simulate.replay import replay

@@ -9,13 +9,13 @@ from rcc_sim.analyse.gap_regimes import moving_mean
 from rcc_sim.analyse.logged import Logged
 from rcc_sim.definitions.cycle import Cycle, parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.candidates import candidates_for
-from rcc_sim.diagnose.compete import compete
-from rcc_sim.diagnose.engine import Engine
-from rcc_sim.diagnose.misread import unjudged
-from rcc_sim.diagnose.posed import problem_of
+from rcc_sim.diagnose.causes.candidates import candidates_for
+from rcc_sim.diagnose.fitting.engine import Engine
+from rcc_sim.diagnose.judge.misread import unjudged
+from rcc_sim.diagnose.residuals.posed import problem_of
+from rcc_sim.diagnose.residuals.terminals import CURRENT, metered, steady_rows, tells
 from rcc_sim.diagnose.run import diagnose
-from rcc_sim.diagnose.terminals import CURRENT, metered, steady_rows, tells
+from rcc_sim.diagnose.search.compete import compete
 from rcc_sim.errors import InputError
 from rcc_sim.simulate.run import LaneChanges, simulate
 from rcc_sim.trace import Trace

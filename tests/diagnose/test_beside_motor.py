@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from rcc_sim.definitions.cycle import Cycle
-from rcc_sim.diagnose.beside_motor import MOTOR, SPEED, drawn_by_motor
-from rcc_sim.diagnose.engine import Engine
-from rcc_sim.diagnose.posed import problem_of
-from rcc_sim.diagnose.terminals import CURRENT, POWER
+from rcc_sim.diagnose.fitting.engine import Engine
+from rcc_sim.diagnose.residuals.beside_motor import MOTOR, SPEED, drawn_by_motor
+from rcc_sim.diagnose.residuals.posed import problem_of
+from rcc_sim.diagnose.residuals.terminals import CURRENT, POWER
 from rcc_sim.simulate.run import simulate
 from rcc_sim.trace import Trace
 from tests.cars import car

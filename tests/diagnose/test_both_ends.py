@@ -8,14 +8,14 @@ import pytest
 
 from rcc_sim.definitions.cycle import Cycle, parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose import descent
-from rcc_sim.diagnose.descent import SETTLED
-from rcc_sim.diagnose.engine import Engine
-from rcc_sim.diagnose.knobs import NEARBY, Knob, acts_of, nuisance_knobs
-from rcc_sim.diagnose.noise import Whitener
-from rcc_sim.diagnose.posed import problem_of
-from rcc_sim.diagnose.problem import Problem
-from rcc_sim.diagnose.tips import no_surer
+from rcc_sim.diagnose.fitting import descent
+from rcc_sim.diagnose.fitting.descent import SETTLED
+from rcc_sim.diagnose.fitting.engine import Engine
+from rcc_sim.diagnose.fitting.knobs import NEARBY, Knob, acts_of, nuisance_knobs
+from rcc_sim.diagnose.fitting.tips import no_surer
+from rcc_sim.diagnose.noise.whitener import Whitener
+from rcc_sim.diagnose.residuals.posed import problem_of
+from rcc_sim.diagnose.residuals.problem import Problem
 from rcc_sim.simulate.run import LaneChanges, simulate
 from rcc_sim.trace import Trace
 

@@ -7,11 +7,11 @@ from rcc_sim.analyse.gap import gap
 from rcc_sim.analyse.logged import open_log
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.by_log import LogEnergy
-from rcc_sim.diagnose.hold_out import energy_by_log
-from rcc_sim.diagnose.posed import by_motion, problem_of
+from rcc_sim.diagnose.judge.verdict import status_of
+from rcc_sim.diagnose.proof.by_log import LogEnergy
+from rcc_sim.diagnose.proof.hold_out import energy_by_log
+from rcc_sim.diagnose.residuals.posed import by_motion, problem_of
 from rcc_sim.diagnose.run import diagnose, opens_gaps
-from rcc_sim.diagnose.verdict import status_of
 from rcc_sim.report.screen import screen
 from rcc_sim.report.verdict import verdict_of
 from rcc_sim.simulate.run import simulate

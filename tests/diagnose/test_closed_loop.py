@@ -13,7 +13,7 @@ from rcc_sim.blind.nominal import vehicle_text
 from rcc_sim.blind.plant import CLOCK
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.deliver import write_next_run
-from rcc_sim.diagnose.menu import STAND
+from rcc_sim.diagnose.next_run.menu import STAND
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.trace import read_trace
 from rcc_sim.units import G

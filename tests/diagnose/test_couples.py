@@ -10,15 +10,15 @@ from rcc_sim.analyse.logged import open_log
 from rcc_sim.blind.make import make
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.candidates import Candidate, Search
-from rcc_sim.diagnose.couples import most_promising
-from rcc_sim.diagnose.engine import Engine
-from rcc_sim.diagnose.fit import Fit
-from rcc_sim.diagnose.knobs import Knob
-from rcc_sim.diagnose.posed import problem_of
+from rcc_sim.diagnose.causes.candidates import Candidate, Search
+from rcc_sim.diagnose.fitting.engine import Engine
+from rcc_sim.diagnose.fitting.fit import Fit
+from rcc_sim.diagnose.fitting.knobs import Knob
+from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.run import diagnose
-from rcc_sim.diagnose.screen import Screened, Slope
-from rcc_sim.diagnose.winner import shares_of
+from rcc_sim.diagnose.search.couples import most_promising
+from rcc_sim.diagnose.search.screen import Screened, Slope
+from rcc_sim.diagnose.search.winner import shares_of
 from rcc_sim.errors import InputError
 from rcc_sim.simulate.run import simulate
 from rcc_sim.trace import Trace

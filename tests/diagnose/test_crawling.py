@@ -6,8 +6,8 @@ import pytest
 from rcc_sim.analyse.gap import gap
 from rcc_sim.analyse.gap_regimes import SLOW
 from rcc_sim.analyse.logged import Logged
-from rcc_sim.diagnose.engine import Engine
-from rcc_sim.diagnose.posed import problem_of
+from rcc_sim.diagnose.fitting.engine import Engine
+from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.errors import InputError
 from rcc_sim.physics.step import SLIP_BLEND

@@ -8,11 +8,11 @@ import pytest
 from rcc_sim.definitions.figure import Figure
 from rcc_sim.definitions.kernel import road_of
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.cause import Cause
+from rcc_sim.diagnose.causes.cause import Cause
+from rcc_sim.diagnose.causes.profile import Profile
 from rcc_sim.diagnose.deliver import varying, write_mended, write_profiles
-from rcc_sim.diagnose.posed import problem_of
-from rcc_sim.diagnose.profile import Profile
-from rcc_sim.diagnose.verdict import Asserted, Estimate
+from rcc_sim.diagnose.judge.verdict import Asserted, Estimate
+from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import replay
 from rcc_sim.trace import Trace, read_trace

@@ -6,7 +6,7 @@ import pytest
 from rcc_sim.analyse.logged import Logged
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.dense import rows_to_one, thinned, with_fewer_rows
+from rcc_sim.diagnose.residuals.dense import rows_to_one, thinned, with_fewer_rows
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.similitude.cycles import scale_cycle
 from rcc_sim.simulate.run import LaneChanges, simulate

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from rcc_sim.diagnose import descent
+from rcc_sim.diagnose.fitting import descent
 
 
 @dataclass(frozen=True)

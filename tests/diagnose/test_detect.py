@@ -9,9 +9,9 @@ import pytest
 from rcc_sim.analyse.logged import open_log
 from rcc_sim.definitions.cycle import Cycle, parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.candidates import Search, candidates_for
-from rcc_sim.diagnose.detect import Shown, least_seen, shows_likely
-from rcc_sim.diagnose.posed import problem_of
+from rcc_sim.diagnose.causes.candidates import Search, candidates_for
+from rcc_sim.diagnose.causes.detect import Shown, least_seen, shows_likely
+from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.simulate.run import simulate
 from rcc_sim.trace import Trace, write_trace

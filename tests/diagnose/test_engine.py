@@ -6,12 +6,18 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from rcc_sim.diagnose import descent
-from rcc_sim.diagnose.descent import bounded_step
-from rcc_sim.diagnose.engine import Engine
-from rcc_sim.diagnose.hold_out import refitted
-from rcc_sim.diagnose.knobs import Knob
-from rcc_sim.diagnose.noise import CURVATURE, FREEDOM, curvature, log_density, weights
+from rcc_sim.diagnose.fitting import descent
+from rcc_sim.diagnose.fitting.descent import bounded_step
+from rcc_sim.diagnose.fitting.engine import Engine
+from rcc_sim.diagnose.fitting.knobs import Knob
+from rcc_sim.diagnose.noise.whitener import (
+    CURVATURE,
+    FREEDOM,
+    curvature,
+    log_density,
+    weights,
+)
+from rcc_sim.diagnose.proof.hold_out import refitted
 from rcc_sim.errors import InputError
 
 

@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
-from rcc_sim.diagnose import descent
-from rcc_sim.diagnose.bench import Bench, Nats, Pair
-from rcc_sim.diagnose.beside_motor import MOTOR, drawn_by_motor
-from rcc_sim.diagnose.engine import Engine
-from rcc_sim.diagnose.experiment import Experiment, best_of, in_turn
-from rcc_sim.diagnose.knobs import Knob, nuisance_knobs
-from rcc_sim.diagnose.limits import limits_of
-from rcc_sim.diagnose.menu import menu
-from rcc_sim.diagnose.posed import problem_of
-from rcc_sim.diagnose.terminals import CURRENT, POWER
+from rcc_sim.diagnose.fitting import descent
+from rcc_sim.diagnose.fitting.engine import Engine
+from rcc_sim.diagnose.fitting.knobs import Knob, nuisance_knobs
+from rcc_sim.diagnose.next_run.bench import Bench, Nats, Pair
+from rcc_sim.diagnose.next_run.experiment import Experiment, best_of, in_turn
+from rcc_sim.diagnose.next_run.limits import limits_of
+from rcc_sim.diagnose.next_run.menu import menu
+from rcc_sim.diagnose.residuals.beside_motor import MOTOR, drawn_by_motor
+from rcc_sim.diagnose.residuals.posed import problem_of
+from rcc_sim.diagnose.residuals.terminals import CURRENT, POWER
 from rcc_sim.report.promise import promise
 from rcc_sim.trace import Trace
 from tests.diagnose.test_ties import logged
@@ -80,7 +80,7 @@ def test_a_car_whose_motor_brakes_is_not_asked_to_coast():
 
 
 def problem_with(vehicle, problem):
-    from rcc_sim.diagnose.posed import problem_of
+    from rcc_sim.diagnose.residuals.posed import problem_of
 
     return problem_of(problem.log, vehicle)
 

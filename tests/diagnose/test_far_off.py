@@ -6,15 +6,15 @@ import pytest
 from rcc_sim.analyse.logged import open_log
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose import descent
-from rcc_sim.diagnose.candidates import candidates_for
-from rcc_sim.diagnose.engine import Engine
-from rcc_sim.diagnose.knobs import nuisance_knobs
-from rcc_sim.diagnose.pool import evidence_of
-from rcc_sim.diagnose.pooled import screen
-from rcc_sim.diagnose.posed import problem_of
+from rcc_sim.diagnose.causes.candidates import candidates_for
+from rcc_sim.diagnose.fitting import descent
+from rcc_sim.diagnose.fitting.engine import Engine
+from rcc_sim.diagnose.fitting.knobs import nuisance_knobs
+from rcc_sim.diagnose.fleet.pool import evidence_of
+from rcc_sim.diagnose.fleet.pooled import screen
+from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.run import diagnose
-from rcc_sim.diagnose.starts import released
+from rcc_sim.diagnose.search.starts import released
 from rcc_sim.report.doubts import doubts
 from rcc_sim.simulate.run import simulate
 

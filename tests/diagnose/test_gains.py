@@ -8,8 +8,8 @@ from rcc_sim.blind.make import make
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.sensors import SCALES
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.knobs import bias_knobs, scale_key
-from rcc_sim.diagnose.posed import problem_of
+from rcc_sim.diagnose.fitting.knobs import bias_knobs, scale_key
+from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.simulate.run import simulate
 from rcc_sim.trace import Trace

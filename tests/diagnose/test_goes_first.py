@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from rcc_sim.diagnose import compete
-from rcc_sim.diagnose.cause import Cause
+from rcc_sim.diagnose.causes.cause import Cause
+from rcc_sim.diagnose.search import compete
 
 SLOPE = {0: SimpleNamespace(weighed=False)}
 HILL = Cause("road_grade", (), 600.0, profiles=SLOPE, shares=np.array([0.5, 0.5]))

@@ -8,13 +8,13 @@ from scipy.signal import lfilter
 
 from rcc_sim.analyse.logged import Logged
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.cause import Cause
+from rcc_sim.diagnose.causes.cause import Cause
+from rcc_sim.diagnose.causes.profile import Profile
+from rcc_sim.diagnose.causes.strengths import Prior, likeliest, prior_of, windows
 from rcc_sim.diagnose.deliver import acting, write_mended
-from rcc_sim.diagnose.gusts import may_blow, may_gust
-from rcc_sim.diagnose.look import free_of
-from rcc_sim.diagnose.profile import Profile
+from rcc_sim.diagnose.profiles.gusts import may_blow, may_gust
 from rcc_sim.diagnose.run import diagnose
-from rcc_sim.diagnose.strengths import Prior, likeliest, prior_of, windows
+from rcc_sim.diagnose.search.look import free_of
 from rcc_sim.trace import Trace
 from tests.by_hand import STATED, logged, shaft_torque
 from tests.cars import truck

@@ -8,8 +8,8 @@ from rcc_sim.analyse.gap_energy import percent_of
 from rcc_sim.analyse.logged import Logged
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.hold_out import energies, energy_percent
-from rcc_sim.diagnose.posed import problem_of
+from rcc_sim.diagnose.proof.hold_out import energies, energy_percent
+from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.simulate.run import simulate
 from rcc_sim.trace import Trace
 from rcc_sim.units import J_PER_WH

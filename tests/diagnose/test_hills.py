@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose import descent
-from rcc_sim.diagnose.engine import Engine
-from rcc_sim.diagnose.knobs import nuisance_knobs
-from rcc_sim.diagnose.posed import problem_of
-from rcc_sim.diagnose.varying import FINER, SHORTEST, finer, profile_cause
+from rcc_sim.diagnose.fitting import descent
+from rcc_sim.diagnose.fitting.engine import Engine
+from rcc_sim.diagnose.fitting.knobs import nuisance_knobs
+from rcc_sim.diagnose.profiles.varying import FINER, SHORTEST, finer, profile_cause
+from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.trace import Trace
 
 SIZES = {"battery_power_w": 300.0, "accel_x_mps2": 0.05, "motor_torque_nm": 2.0}

@@ -6,9 +6,9 @@ import pytest
 from rcc_sim.analyse.logged import Logged
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.engine import Engine
-from rcc_sim.diagnose.hold_out import kept_back
-from rcc_sim.diagnose.posed import problem_of
+from rcc_sim.diagnose.fitting.engine import Engine
+from rcc_sim.diagnose.proof.hold_out import kept_back
+from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.report.screen import screen
 from rcc_sim.simulate.run import simulate

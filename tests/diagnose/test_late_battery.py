@@ -9,11 +9,11 @@ import pytest
 from rcc_sim.analyse.logged import Logged, open_log
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.descent import of_tolerances
-from rcc_sim.diagnose.engine import Engine
-from rcc_sim.diagnose.knobs import BATTERY_LATE, Knob
-from rcc_sim.diagnose.misread import behind
-from rcc_sim.diagnose.posed import problem_of
+from rcc_sim.diagnose.fitting.descent import of_tolerances
+from rcc_sim.diagnose.fitting.engine import Engine
+from rcc_sim.diagnose.fitting.knobs import BATTERY_LATE, Knob
+from rcc_sim.diagnose.judge.misread import behind
+from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import replay

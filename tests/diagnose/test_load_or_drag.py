@@ -5,9 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from rcc_sim.diagnose import varying
-from rcc_sim.diagnose.cause import ENOUGH, Cause
-from rcc_sim.diagnose.profile import Profile
+from rcc_sim.diagnose.causes.cause import ENOUGH, Cause
+from rcc_sim.diagnose.causes.profile import Profile
+from rcc_sim.diagnose.profiles import varying
 
 NAMED = {"auxiliary_load", "road_grade"}
 FIT = SimpleNamespace(knobs=())

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose import descent
-from rcc_sim.diagnose.engine import Engine
-from rcc_sim.diagnose.knobs import nuisance_knobs
-from rcc_sim.diagnose.posed import problem_of
-from rcc_sim.diagnose.remainder import remainder
-from rcc_sim.diagnose.shapes import USUAL_HEIGHT, height_of, load_transfer_of
+from rcc_sim.diagnose.fitting import descent
+from rcc_sim.diagnose.fitting.engine import Engine
+from rcc_sim.diagnose.fitting.knobs import nuisance_knobs
+from rcc_sim.diagnose.profiles.remainder import remainder
+from rcc_sim.diagnose.residuals.posed import problem_of
+from rcc_sim.diagnose.residuals.shapes import USUAL_HEIGHT, height_of, load_transfer_of
 from rcc_sim.trace import Trace
 from rcc_sim.units import G
 from tests.winding import winding

@@ -7,12 +7,12 @@ from rcc_sim.analyse.gap import gap
 from rcc_sim.analyse.logged import open_log
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose import descent
 from rcc_sim.diagnose.deliver import write_mended
-from rcc_sim.diagnose.engine import Engine
-from rcc_sim.diagnose.knobs import figures_of, own_key
-from rcc_sim.diagnose.posed import problem_of
-from rcc_sim.diagnose.probe import Probe
+from rcc_sim.diagnose.fitting import descent
+from rcc_sim.diagnose.fitting.engine import Engine
+from rcc_sim.diagnose.fitting.knobs import figures_of, own_key
+from rcc_sim.diagnose.profiles.probe import Probe
+from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.report.screen import screen
 from rcc_sim.simulate.drive import drive_of

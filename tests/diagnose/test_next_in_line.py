@@ -5,10 +5,10 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from rcc_sim.diagnose import compete as of
-from rcc_sim.diagnose.cause import Cause
-from rcc_sim.diagnose.look import Look
-from rcc_sim.diagnose.remainder import UNKNOWN_ENOUGH, Remainder
+from rcc_sim.diagnose.causes.cause import Cause
+from rcc_sim.diagnose.profiles.remainder import UNKNOWN_ENOUGH, Remainder
+from rcc_sim.diagnose.search import compete as of
+from rcc_sim.diagnose.search.look import Look
 
 WIND = Cause("headwind", ("w",), 180.0, profiles={0: None})
 LOAD = Cause("auxiliary_load", ("l",), 80.0, profiles={0: None})

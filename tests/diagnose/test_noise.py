@@ -4,7 +4,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.sparse import csc_array
 
-from rcc_sim.diagnose.noise import at_rest, fit_whitener, lag_edges, log_likelihood
+from rcc_sim.diagnose.noise.whitener import (
+    at_rest,
+    fit_whitener,
+    lag_edges,
+    log_likelihood,
+)
 
 ROWS = 4000
 ALL = np.ones(ROWS, bool)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rcc_sim.diagnose import noise_kernel as kernel
+from rcc_sim.diagnose.noise import kernel
 from rcc_sim.jit import compiled
 
 RNG = np.random.default_rng(5)

@@ -6,8 +6,8 @@ import pytest
 from rcc_sim.analyse.gap_stages import untorqued
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.posed import calmed, problem_of
-from rcc_sim.diagnose.problem import Problem
+from rcc_sim.diagnose.residuals.posed import calmed, problem_of
+from rcc_sim.diagnose.residuals.problem import Problem
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.run import simulate
 from rcc_sim.trace import Trace

@@ -7,8 +7,8 @@ from rcc_sim.analyse.logged import open_log
 from rcc_sim.analyse.offsets import noise_at_rest, offset_sd
 from rcc_sim.definitions.cycle import Cycle
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.knobs import bias_key, bias_knobs
-from rcc_sim.diagnose.problem import Problem
+from rcc_sim.diagnose.fitting.knobs import bias_key, bias_knobs
+from rcc_sim.diagnose.residuals.problem import Problem
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import replay

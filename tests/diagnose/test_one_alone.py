@@ -5,11 +5,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from rcc_sim.diagnose import descent
-from rcc_sim.diagnose.cause import ENOUGH, Cause
-from rcc_sim.diagnose.knobs import Knob
-from rcc_sim.diagnose.leave_out import one_alone
-from rcc_sim.diagnose.refine import Refined
+from rcc_sim.diagnose.causes.cause import ENOUGH, Cause
+from rcc_sim.diagnose.fitting import descent
+from rcc_sim.diagnose.fitting.knobs import Knob
+from rcc_sim.diagnose.search.leave_out import one_alone
+from rcc_sim.diagnose.search.refine import Refined
 
 DRAG = Cause("aerodynamic_drag", ("effects.aerodynamic_drag.drag_area_m2",), 186.0)
 FRICTION = Cause("drivetrain_friction", ("effects.drivetrain_friction.torque_nm",), 15)

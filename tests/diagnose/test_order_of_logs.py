@@ -5,9 +5,9 @@ import pytest
 
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.candidates import candidates_for
-from rcc_sim.diagnose.knobs import nuisance_knobs
-from rcc_sim.diagnose.posed import problem_of
+from rcc_sim.diagnose.causes.candidates import candidates_for
+from rcc_sim.diagnose.fitting.knobs import nuisance_knobs
+from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.errors import InputError
 from rcc_sim.similitude.cycles import scale_cycle
 from rcc_sim.simulate.run import LaneChanges, simulate

@@ -7,12 +7,12 @@ import pytest
 
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose import descent
-from rcc_sim.diagnose.engine import Engine
-from rcc_sim.diagnose.knobs import nuisance_knobs
-from rcc_sim.diagnose.misread import misread
-from rcc_sim.diagnose.posed import problem_of
-from rcc_sim.diagnose.shapes import NEIGHBOURS, late_of
+from rcc_sim.diagnose.fitting import descent
+from rcc_sim.diagnose.fitting.engine import Engine
+from rcc_sim.diagnose.fitting.knobs import nuisance_knobs
+from rcc_sim.diagnose.judge.misread import misread
+from rcc_sim.diagnose.residuals.posed import problem_of
+from rcc_sim.diagnose.residuals.shapes import NEIGHBOURS, late_of
 from rcc_sim.report.doubts import misread_sensors
 from rcc_sim.simulate.drive import integral_of
 from rcc_sim.simulate.run import simulate

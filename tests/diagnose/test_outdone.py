@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose import descent
-from rcc_sim.diagnose.cause import Cause
-from rcc_sim.diagnose.engine import Engine
-from rcc_sim.diagnose.knobs import Knob, nuisance_knobs
-from rcc_sim.diagnose.leave_out import without_outdone
-from rcc_sim.diagnose.posed import problem_of
-from rcc_sim.diagnose.profile import Profile, with_acting
+from rcc_sim.diagnose.causes.cause import Cause
+from rcc_sim.diagnose.causes.profile import Profile, with_acting
+from rcc_sim.diagnose.fitting import descent
+from rcc_sim.diagnose.fitting.engine import Engine
+from rcc_sim.diagnose.fitting.knobs import Knob, nuisance_knobs
+from rcc_sim.diagnose.residuals.posed import problem_of
+from rcc_sim.diagnose.search.leave_out import without_outdone
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import replay
 from rcc_sim.trace import Trace

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rcc_sim.diagnose.pool import Evidence, Strength, packed, unpacked
-from rcc_sim.diagnose.pooled import POOLED_ENOUGH, pool, screen
+from rcc_sim.diagnose.fleet.pool import Evidence, Strength, packed, unpacked
+from rcc_sim.diagnose.fleet.pooled import POOLED_ENOUGH, pool, screen
 
 ROWS = 200
 SD = np.array([0.5, 2.0])
@@ -100,7 +100,7 @@ def test_what_an_interval_allows_not_to_act_at_all_is_no_cause(rng, monkeypatch)
     def doubted(found, *_):
         return replace(found, low=-0.1)
 
-    monkeypatch.setattr("rcc_sim.diagnose.pooled._doubted", doubted)
+    monkeypatch.setattr("rcc_sim.diagnose.fleet.pooled._doubted", doubted)
     assert not pool(rows).causes
 
 

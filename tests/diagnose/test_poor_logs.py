@@ -5,10 +5,10 @@ import pytest
 
 from rcc_sim.analyse.gap import gap
 from rcc_sim.analyse.logged import Logged, open_log
-from rcc_sim.diagnose.candidates import candidates_for
-from rcc_sim.diagnose.engine import Engine
-from rcc_sim.diagnose.knobs import tolerance_knobs
-from rcc_sim.diagnose.problem import Problem
+from rcc_sim.diagnose.causes.candidates import candidates_for
+from rcc_sim.diagnose.fitting.engine import Engine
+from rcc_sim.diagnose.fitting.knobs import tolerance_knobs
+from rcc_sim.diagnose.residuals.problem import Problem
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.errors import InputError
 from rcc_sim.simulate.drive import drive_of, is_imposed

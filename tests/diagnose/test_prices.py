@@ -7,10 +7,10 @@ from rcc_sim.analyse.gap import gap
 from rcc_sim.analyse.logged import open_log
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.cause import Cause
-from rcc_sim.diagnose.posed import problem_of
-from rcc_sim.diagnose.prices import prices, with_profiles
-from rcc_sim.diagnose.profile import Profile
+from rcc_sim.diagnose.causes.cause import Cause
+from rcc_sim.diagnose.causes.prices import prices, with_profiles
+from rcc_sim.diagnose.causes.profile import Profile
+from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.simulate.run import simulate
 from rcc_sim.trace import write_trace
 from rcc_sim.units import J_PER_WH, G

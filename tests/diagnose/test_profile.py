@@ -4,9 +4,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.stats import multivariate_normal
 
-from rcc_sim.diagnose.noise import fit_whitener, lag_edges
-from rcc_sim.diagnose.profile import Profile, overlap
-from rcc_sim.diagnose.strengths import (
+from rcc_sim.diagnose.causes.profile import Profile, overlap
+from rcc_sim.diagnose.causes.strengths import (
     RELIEF,
     SIZES,
     Prior,
@@ -16,7 +15,8 @@ from rcc_sim.diagnose.strengths import (
     smooth,
     windows,
 )
-from rcc_sim.diagnose.strips import Strips
+from rcc_sim.diagnose.noise.strips import Strips
+from rcc_sim.diagnose.noise.whitener import fit_whitener, lag_edges
 
 
 @given(knots=st.integers(2, 40), seed=st.integers(0, 99))

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from rcc_sim.diagnose.fit import Fit
-from rcc_sim.diagnose.knobs import Knob
-from rcc_sim.diagnose.pulls import moved, moved_together
+from rcc_sim.diagnose.fitting.fit import Fit
+from rcc_sim.diagnose.fitting.knobs import Knob
+from rcc_sim.diagnose.fitting.pulls import moved, moved_together
 
 
 def fitted(pulls, narrowed):

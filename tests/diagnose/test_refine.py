@@ -7,13 +7,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from rcc_sim.diagnose import descent
-from rcc_sim.diagnose.candidates import Candidate, Search
-from rcc_sim.diagnose.engine import Engine
-from rcc_sim.diagnose.fit import Fit
-from rcc_sim.diagnose.knobs import Knob
-from rcc_sim.diagnose.refine import contenders, likely, refine
-from rcc_sim.diagnose.starts import released, screened
+from rcc_sim.diagnose.causes.candidates import Candidate, Search
+from rcc_sim.diagnose.fitting import descent
+from rcc_sim.diagnose.fitting.engine import Engine
+from rcc_sim.diagnose.fitting.fit import Fit
+from rcc_sim.diagnose.fitting.knobs import Knob
+from rcc_sim.diagnose.search.refine import contenders, likely, refine
+from rcc_sim.diagnose.search.starts import released, screened
 
 FACTOR = Candidate("factor", (Search("factor", 1.0, 0.1, 5.0, 1.1, acts="factor"),))
 NOISE = 0.006

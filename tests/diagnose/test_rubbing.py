@@ -4,11 +4,16 @@ import numpy as np
 import pytest
 
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose import descent
-from rcc_sim.diagnose.engine import Engine
-from rcc_sim.diagnose.knobs import Knob, nuisance_knobs
-from rcc_sim.diagnose.posed import problem_of
-from rcc_sim.diagnose.remainder import EXACT, UNKNOWN_ENOUGH, inexactness, remainder
+from rcc_sim.diagnose.fitting import descent
+from rcc_sim.diagnose.fitting.engine import Engine
+from rcc_sim.diagnose.fitting.knobs import Knob, nuisance_knobs
+from rcc_sim.diagnose.profiles.remainder import (
+    EXACT,
+    UNKNOWN_ENOUGH,
+    inexactness,
+    remainder,
+)
+from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.trace import Trace
 from tests.winding import seen_of, winding
 

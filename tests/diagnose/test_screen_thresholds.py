@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from rcc_sim.diagnose.screen import Screen
+from rcc_sim.diagnose.search.screen import Screen
 
 
 class Narrow(Screen):

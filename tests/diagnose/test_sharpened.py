@@ -7,10 +7,10 @@ import pytest
 
 from rcc_sim.analyse.logged import open_log
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.posed import problem_of
-from rcc_sim.diagnose.profile import Profile
+from rcc_sim.diagnose.causes.profile import Profile
+from rcc_sim.diagnose.profiles.varying import WINDOW_COUNTS
+from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.run import diagnose
-from rcc_sim.diagnose.varying import WINDOW_COUNTS
 from rcc_sim.trace import Trace
 
 DATA = Path(__file__).resolve().parents[3] / "shared/data"

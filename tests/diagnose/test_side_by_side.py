@@ -5,7 +5,7 @@ from threading import Barrier, Event
 
 import pytest
 
-from rcc_sim.diagnose.engine import Engine
+from rcc_sim.diagnose.fitting.engine import Engine
 
 
 @pytest.fixture(params=[None, 1, 3], ids=["alone", "one more", "three more"])

@@ -6,14 +6,15 @@ import numpy as np
 import pytest
 
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose import descent, stands
-from rcc_sim.diagnose.cause import ENOUGH, Cause
-from rcc_sim.diagnose.compete import Explanation
-from rcc_sim.diagnose.engine import Engine
-from rcc_sim.diagnose.knobs import Knob, nuisance_knobs
-from rcc_sim.diagnose.posed import problem_of
-from rcc_sim.diagnose.remainder import LATERAL_ENOUGH, Remainder, remainder
-from rcc_sim.diagnose.winner import shares_of
+from rcc_sim.diagnose.causes.cause import ENOUGH, Cause
+from rcc_sim.diagnose.fitting import descent
+from rcc_sim.diagnose.fitting.engine import Engine
+from rcc_sim.diagnose.fitting.knobs import Knob, nuisance_knobs
+from rcc_sim.diagnose.judge import stands
+from rcc_sim.diagnose.profiles.remainder import LATERAL_ENOUGH, Remainder, remainder
+from rcc_sim.diagnose.residuals.posed import problem_of
+from rcc_sim.diagnose.search.compete import Explanation
+from rcc_sim.diagnose.search.winner import shares_of
 from rcc_sim.trace import Trace
 from tests.diagnose.test_ties import logged
 from tests.winding import seen_of, winding

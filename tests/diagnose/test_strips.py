@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rcc_sim.diagnose.strips import Strips
+from rcc_sim.diagnose.noise.strips import Strips
 
 K = 4
 

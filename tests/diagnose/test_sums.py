@@ -5,12 +5,12 @@ import pytest
 
 from rcc_sim.analyse.logged import open_log
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.candidates import candidates_for
-from rcc_sim.diagnose.cause import Cause
-from rcc_sim.diagnose.compete import taken_in
-from rcc_sim.diagnose.look import free_of
-from rcc_sim.diagnose.problem import Problem
+from rcc_sim.diagnose.causes.candidates import candidates_for
+from rcc_sim.diagnose.causes.cause import Cause
+from rcc_sim.diagnose.residuals.problem import Problem
 from rcc_sim.diagnose.run import diagnose
+from rcc_sim.diagnose.search.compete import taken_in
+from rcc_sim.diagnose.search.look import free_of
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import replay
 from rcc_sim.trace import Trace

@@ -6,15 +6,12 @@ import numpy as np
 import pytest
 
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose import descent
-from rcc_sim.diagnose.candidates import Candidate, candidates_for
-from rcc_sim.diagnose.cause import Cause
-from rcc_sim.diagnose.engine import Engine
-from rcc_sim.diagnose.knobs import Knob, nuisance_knobs
-from rcc_sim.diagnose.noise import CURVATURE
-from rcc_sim.diagnose.posed import problem_of
-from rcc_sim.diagnose.screen import Screened
-from rcc_sim.diagnose.ties import (
+from rcc_sim.diagnose.causes.candidates import Candidate, candidates_for
+from rcc_sim.diagnose.causes.cause import Cause
+from rcc_sim.diagnose.fitting import descent
+from rcc_sim.diagnose.fitting.engine import Engine
+from rcc_sim.diagnose.fitting.knobs import Knob, nuisance_knobs
+from rcc_sim.diagnose.judge.ties import (
     Rival,
     apart,
     better,
@@ -24,6 +21,9 @@ from rcc_sim.diagnose.ties import (
     with_ties,
     without,
 )
+from rcc_sim.diagnose.noise.whitener import CURVATURE
+from rcc_sim.diagnose.residuals.posed import problem_of
+from rcc_sim.diagnose.search.screen import Screened
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import replay
 from rcc_sim.trace import Trace

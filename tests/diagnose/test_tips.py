@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from rcc_sim.diagnose.knobs import Knob
-from rcc_sim.diagnose.tips import wider_by
+from rcc_sim.diagnose.fitting.knobs import Knob
+from rcc_sim.diagnose.fitting.tips import wider_by
 
 TRUE, KNOB = 0.02, Knob("x", 5.0)
 

@@ -5,7 +5,7 @@ import pytest
 
 from rcc_sim.definitions.cycle import Cycle
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.posed import problem_of
+from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import replay
 from rcc_sim.simulate.run import LaneChanges, simulate

@@ -5,13 +5,13 @@ import pytest
 from scipy.stats import t as student
 
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose import descent
-from rcc_sim.diagnose.candidates import Search, candidates_for
-from rcc_sim.diagnose.cause import Cause
-from rcc_sim.diagnose.engine import Engine
-from rcc_sim.diagnose.knobs import Knob, nuisance_knobs
-from rcc_sim.diagnose.posed import problem_of
-from rcc_sim.diagnose.ties import settled
+from rcc_sim.diagnose.causes.candidates import Search, candidates_for
+from rcc_sim.diagnose.causes.cause import Cause
+from rcc_sim.diagnose.fitting import descent
+from rcc_sim.diagnose.fitting.engine import Engine
+from rcc_sim.diagnose.fitting.knobs import Knob, nuisance_knobs
+from rcc_sim.diagnose.judge.ties import settled
+from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import replay
 from rcc_sim.trace import Trace

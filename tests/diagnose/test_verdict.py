@@ -6,20 +6,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from rcc_sim.diagnose import descent
-from rcc_sim.diagnose import stands as verdicts
-from rcc_sim.diagnose.candidates import Search
-from rcc_sim.diagnose.cause import Cause
-from rcc_sim.diagnose.compete import outweighed
-from rcc_sim.diagnose.fit import Fit
-from rcc_sim.diagnose.hold_out import Proof, Shrink
-from rcc_sim.diagnose.knobs import Knob
-from rcc_sim.diagnose.noise import Whitener
-from rcc_sim.diagnose.remainder import UNKNOWN_ENOUGH, Remainder
-from rcc_sim.diagnose.run import is_refuted
-from rcc_sim.diagnose.screen import Screen
-from rcc_sim.diagnose.stands import Standing, only, standing
-from rcc_sim.diagnose.verdict import (
+from rcc_sim.diagnose.causes.candidates import Search
+from rcc_sim.diagnose.causes.cause import Cause
+from rcc_sim.diagnose.fitting import descent
+from rcc_sim.diagnose.fitting.fit import Fit
+from rcc_sim.diagnose.fitting.knobs import Knob
+from rcc_sim.diagnose.judge import stands as verdicts
+from rcc_sim.diagnose.judge.stands import Standing, only, standing
+from rcc_sim.diagnose.judge.verdict import (
     EVEN,
     SUREST,
     Asserted,
@@ -33,6 +27,12 @@ from rcc_sim.diagnose.verdict import (
     status_of,
     worsens,
 )
+from rcc_sim.diagnose.noise.whitener import Whitener
+from rcc_sim.diagnose.profiles.remainder import UNKNOWN_ENOUGH, Remainder
+from rcc_sim.diagnose.proof.hold_out import Proof, Shrink
+from rcc_sim.diagnose.run import is_refuted
+from rcc_sim.diagnose.search.compete import outweighed
+from rcc_sim.diagnose.search.screen import Screen
 from rcc_sim.physics.effects import EFFECTS
 
 CAUSE = Cause("payload", ("effects.payload.mass_kg",), 50.0)

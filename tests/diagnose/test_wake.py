@@ -5,11 +5,11 @@ import pytest
 
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose import descent
-from rcc_sim.diagnose.engine import Engine
-from rcc_sim.diagnose.knobs import nuisance_knobs
-from rcc_sim.diagnose.posed import problem_of
-from rcc_sim.diagnose.wake import asleep, woken
+from rcc_sim.diagnose.fitting import descent
+from rcc_sim.diagnose.fitting.engine import Engine
+from rcc_sim.diagnose.fitting.knobs import nuisance_knobs
+from rcc_sim.diagnose.fitting.wake import asleep, woken
+from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.simulate.run import simulate
 from rcc_sim.trace import Trace
 

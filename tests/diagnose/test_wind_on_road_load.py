@@ -6,7 +6,7 @@ import pytest
 from rcc_sim.analyse.logged import Logged
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.candidates import has_needs
+from rcc_sim.diagnose.causes.candidates import has_needs
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.errors import InputError
 from rcc_sim.physics.effects import EFFECTS

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rcc_sim.definitions.cycle import Cycle
-from rcc_sim.diagnose.posed import problem_of
+from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.physics.effects.speed_dead_zone import seen_speed
 from rcc_sim.simulate.run import simulate
 from rcc_sim.trace import Trace

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from rcc_sim.definitions.cycle import Cycle
-from rcc_sim.diagnose.candidates import candidates_for
-from rcc_sim.diagnose.problem import Problem
+from rcc_sim.diagnose.causes.candidates import candidates_for
+from rcc_sim.diagnose.residuals.problem import Problem
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.run import LaneChanges, simulate
 from tests.cars import car, truck

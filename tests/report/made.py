@@ -7,7 +7,7 @@ import numpy as np
 from rcc_sim.analyse.logcheck.finding import Finding
 from rcc_sim.definitions.cycle import Cycle
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.prices import Prices
+from rcc_sim.diagnose.causes.prices import Prices
 from rcc_sim.diagnose.signatures import Signature, Signatures
 from rcc_sim.report.findings import Report, Span
 from rcc_sim.simulate.run import simulate

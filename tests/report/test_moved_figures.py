@@ -10,9 +10,9 @@ from rcc_sim.analyse.logged import Logged
 from rcc_sim.definitions.cycle import Cycle, parse_cycle
 from rcc_sim.definitions.figure import Figure
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.fit import Fit
-from rcc_sim.diagnose.knobs import Knob
-from rcc_sim.diagnose.pulls import moved, moved_together
+from rcc_sim.diagnose.fitting.fit import Fit
+from rcc_sim.diagnose.fitting.knobs import Knob
+from rcc_sim.diagnose.fitting.pulls import moved, moved_together
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.report.doubts import doubts, moved_figures
 from rcc_sim.report.screen import screen

@@ -8,10 +8,10 @@ from hypothesis import strategies as st
 from rcc_sim.analyse.sampled import SAMPLE
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.candidates import candidates_for
-from rcc_sim.diagnose.knobs import SLIP, tolerance_knobs
-from rcc_sim.diagnose.posed import problem_of
-from rcc_sim.diagnose.sizes import stiffest
+from rcc_sim.diagnose.causes.candidates import candidates_for
+from rcc_sim.diagnose.fitting.knobs import SLIP, tolerance_knobs
+from rcc_sim.diagnose.residuals.posed import problem_of
+from rcc_sim.diagnose.residuals.sizes import stiffest
 from rcc_sim.physics.effects.longitudinal_slip import road_speed
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import replay

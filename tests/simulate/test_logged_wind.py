@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.problem import Problem
-from rcc_sim.diagnose.profile import Profile, acted_on
+from rcc_sim.diagnose.causes.profile import Profile, acted_on
+from rcc_sim.diagnose.residuals.problem import Problem
 from rcc_sim.readers.suggest import meaning_of
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import replay

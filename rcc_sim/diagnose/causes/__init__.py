@@ -1,0 +1,1 @@
+"""Which effects may be behind a gap, and what a cause is once it is found."""

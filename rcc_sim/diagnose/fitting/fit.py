@@ -1,0 +1,133 @@
+"""What a fit found, and how residuals change with its figures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from math import hypot, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rcc_sim.diagnose.fitting.knobs import Knob
+from rcc_sim.diagnose.noise.whitener import Whitener
+
+Array = NDArray[np.float64]
+
+RIDGE, FIRM = 1e-10, 1e-9
+"""Added to a diagonal of ones, for figures of which nothing is known; and where a step
+is taken by it."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Figures found, and what they leave.
+
+    Parameters
+    ----------
+    values : dict
+        Knob -> figure.
+    knobs : tuple of Knob
+        What could move.
+    loglik, prior : float
+        Log-likelihood of the residuals and log-prior of the figures.
+    noise : list of Whitener
+        Noise model of each track.
+    residuals : list of ndarray
+        Measured minus predicted, a track each (a channel of a log).
+    information : ndarray (k, k)
+        Curvature of the log-posterior at the figures.
+    signals : list of list of ndarray
+        d(residual)/d(knob), per knob and track.
+    """
+
+    values: dict[str, float]
+    knobs: tuple[Knob, ...]
+    loglik: float
+    prior: float
+    noise: list[Whitener]
+    residuals: list[Array]
+    information: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    signals: list[list[Array]] = field(default_factory=list)
+
+    @property
+    def score(self) -> float:
+        """Log-posterior, up to a constant."""
+        return self.loglik + self.prior
+
+    @property
+    def off(self) -> Array:
+        """How far the figures are from what is expected of them, shape (k,)."""
+        return np.array([self.values[k.key] - k.value for k in self.knobs])
+
+    @property
+    def prior_sd(self) -> Array:
+        """Standard deviations of what is expected of them, shape (k,)."""
+        return np.array([k.sd for k in self.knobs])
+
+    def holding(self, *keys: str) -> Fit:
+        """Return the same with some figures held where they are."""
+        kept = [i for i, k in enumerate(self.knobs) if k.key not in keys]
+        return replace(
+            self,
+            knobs=tuple(self.knobs[i] for i in kept),
+            information=self.information[np.ix_(kept, kept)],
+            signals=[self.signals[i] for i in kept],
+        )
+
+    def without(self, keys: Sequence[str]) -> Fit:
+        """Return the same without some figures, in whose place others act."""
+        left = {k: x for k, x in self.values.items() if k not in keys}
+        return replace(self.holding(*keys), values=left)
+
+    def sd(self, key: str) -> float:
+        """Standard deviation of a figure, the others being free."""
+        return float(self.sds()[[k.key for k in self.knobs].index(key)])
+
+    def sd_among(self, others: Sequence[Fit], key: str) -> float:
+        """Standard deviation of a figure where other fits may be the right one.
+
+        All are as likely: of the squares of their sds, and of how far they are off this
+        one, it is the root of the mean.
+        """
+        x, alike = self.values[key], [f for f in (self, *others) if f.frees(key)]
+        off = [part for f in alike for part in (f.sd(key), f.values[key] - x)]
+        return hypot(*off) / sqrt(len(alike))
+
+    def frees(self, key: str) -> bool:
+        """Tell whether a figure was fitted."""
+        return any(k.key == key for k in self.knobs)
+
+    def sds(self) -> Array:
+        """Standard deviations of all figures, each with the others free."""
+        scaled, unit = of_unit_diagonal(self.information)
+        spread: Array = np.sqrt(np.diag(np.linalg.inv(scaled))) * unit
+        return spread
+
+
+def of_unit_diagonal(A: Array, ridge: float = RIDGE) -> tuple[Array, Array]:
+    """Return a curvature in units in which its diagonal is 1, and those units.
+
+    Where one figure is counted in kilograms and another in radians, solving would cost
+    digits else.
+    """
+    unit = 1 / np.sqrt(np.diag(A) + 1e-300)
+    return A * np.outer(unit, unit) + ridge * np.eye(len(A)), unit
+
+
+@dataclass(frozen=True)
+class Tangent:
+    """How residuals change with some knobs: as they are, and whitened (rows, knobs)."""
+
+    signals: list[list[Array]]
+    white: Array
+
+    def but(self, which: Sequence[int]) -> Tangent:
+        """Return it without some of the knobs."""
+        kept = [i for i in range(len(self.signals)) if i not in which]
+        return Tangent([self.signals[i] for i in kept], self.white[:, kept])
+
+    def __add__(self, other: Tangent) -> Tangent:
+        return Tangent(
+            self.signals + other.signals, np.hstack([self.white, other.white])
+        )

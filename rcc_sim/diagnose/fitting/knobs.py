@@ -1,0 +1,289 @@
+"""Figures that a fit may move, and how far each may be off beforehand."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import exp, inf
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rcc_sim.analyse.offsets import offset_sd
+from rcc_sim.definitions.vehicle import Vehicle
+from rcc_sim.diagnose.residuals.lateness import battery_channel
+from rcc_sim.diagnose.residuals.problem import WHEELS, WHEELS_SD, Problem
+from rcc_sim.diagnose.residuals.shapes import SCALE
+from rcc_sim.diagnose.residuals.sizes import tells_slip
+
+Array = NDArray[np.float64]
+
+CURRENT_LOOP_LAG = 0.003
+"""Lag that any current loop may have; bandwidths are 50 Hz to some kHz. [s]"""
+
+DELAY = "sensor_delay"
+BATTERY_LATE = f"effects.{DELAY}.battery_delay_s"
+
+POLLED, ASKED = 0.25, 0.5
+"""Time between two rows [s] from which a logger may ask for its readings one after
+another, as at the diagnostic socket of a car; and rows by which one may then come later
+than another, one sd.
+"""
+
+LEAST = 0.2
+"""Share of what is stated below which no mass, length or stiffness is."""
+
+RADIUS = "effects.wheel_radius.scale"
+YAW_INERTIA = "body.yaw_inertia_kgm2"
+SLIP = "effects.longitudinal_slip.stiffness_n"
+
+BIAS = "bias."
+
+OWN = "own."
+
+MOST_FACTOR = 2.0
+"""Largest logarithm of a factor by which a step moves a figure."""
+
+NEARBY = 1.0
+"""Widest step of a finite difference, in sds of the figure with all others held."""
+
+
+FINEST = 1e-4
+"""Share of its first step below which that of a finite difference does not narrow:
+where the model jumps, as at a launch a row sooner, any step tells more than a wider."""
+
+
+@dataclass(frozen=True)
+class Knob:
+    """A figure that a fit may move.
+
+    Parameters
+    ----------
+    key : str
+        Dotted key of the vehicle file, ``own.LOG.KEY`` of one that holds in a log
+        alone, or ``bias.LOG.COLUMN`` of a sensor.
+    value : float
+        Where it is expected.
+    sd : float
+        How far it may be off; infinite for what is to be found.
+    low, high : float
+        Its bounds.
+    step : float
+        Step of a finite difference.
+    acts : str
+        How the model changes as it moves: ``steps``, where a reference passes it at its
+        rows, all at once; by whole ``rows``, within which nothing changes; as a
+        ``factor``. Where two factors trade, it is their product that the logs tell, and
+        a step along both of them must not leave it.
+    finest : float
+        Below which its step does not narrow; 0 until it has narrowed.
+    """
+
+    key: str
+    value: float
+    sd: float = inf
+    low: float = -inf
+    high: float = inf
+    step: float = 0.0
+    acts: str = ""
+    finest: float = 0.0
+
+    @property
+    def is_stepped(self) -> bool:
+        """Whether the model changes in steps as the figure moves."""
+        return self.acts == "steps"
+
+    @property
+    def by_factor(self) -> bool:
+        """Whether it moves by factors."""
+        return self.acts == "factor"
+
+    @property
+    def stride(self) -> float:
+        """Step of a finite difference."""
+        if self.step:
+            return self.step
+        return 0.5 * self.sd if self.sd < inf else 1e-3 * (abs(self.value) or 1.0)
+
+    def finer(self, sd: float) -> Knob:
+        """Return it with a step no wider than so many sds of what the logs tell.
+
+        Figures that trade are told from each other by what their signals have left of
+        each other: by a per cent where one alone would gain thousands of nats. Signals
+        over a step that bends them by more make such a valley look closed.
+        """
+        if self.acts == "rows":
+            return self
+        finest = self.finest or FINEST * self.stride
+        step = min(self.stride, max(NEARBY * sd, finest))
+        return replace(self, step=step, finest=finest)
+
+    def moved(self, value: float, by: float) -> float:
+        """Return a value after a step, within the bounds."""
+        if self.by_factor and value > 0:
+            return self.within(value * exp(min(by / value, MOST_FACTOR)))
+        return self.within(value + by)
+
+    def within(self, value: float) -> float:
+        """Return a value, or the bound beyond which it lies."""
+        return min(max(value, self.low), self.high)
+
+    def inward(self, value: float, wider: float = 1.0) -> float:
+        """Step of a finite difference from a value that does not leave the bounds."""
+        step, up, down = wider * self.stride, self.high - value, value - self.low
+        if step <= up:
+            return step
+        return -min(step, down) if down >= up else up
+
+
+def tolerance_knobs(problems: Sequence[Problem]) -> list[Knob]:
+    """The figures of the vehicle file that state how far they may be off."""
+    problem, knobs = problems[0], []
+    for key, figure in problem.vehicle.figures().items():
+        if key == YAW_INERTIA and all(p.drive.turns_as_measured for p in problems):
+            continue  # its torque is that of the yaw rate's noise
+        if key == SLIP and not any(tells_slip(p, figure.value) for p in problems):
+            continue  # what it does is less than the drive is smeared by
+        sd = figure.tolerance
+        if sd > 0 and key == "tyres.radius_m":
+            # what was logged came about by the file's radius: the true one differs
+            if RADIUS not in problem.vehicle.figures():
+                knobs.append(Knob(RADIUS, 1.0, sd / figure.value, low=0.5, high=2.0))
+        elif sd > 0:
+            low, high = bounds_of(problem, key)
+            acts = acts_of(problem.vehicle, key)
+            knobs.append(Knob(key, figure.value, sd, low, high, acts=acts))
+    return knobs
+
+
+def acts_of(vehicle: Vehicle, key: str) -> str:
+    """Return how the model changes as a figure of a vehicle file moves."""
+    table, name, *rest = key.split(".")
+    if table == "effects":
+        return vehicle.known[name].param(rest[0]).acts
+    params = (p for effect in vehicle.known.values() for p in effect.params)
+    factors = {p.sought.same_as for p in params if p.is_factor}
+    return "factor" * (key in factors)
+
+
+def bounds_of(problem: Problem, key: str) -> tuple[float, float]:
+    """Least and most that a figure may be: an effect's own; else a fifth of the stated.
+
+    A loss may be nil; a mass may not.
+    """
+    table, effect, *rest = key.split(".")
+    if table == "effects":
+        return problem.vehicle.known[effect].param(rest[0]).bounds
+    value = problem.vehicle.figures()[key].value
+    return (LEAST * value if value > 0 else -inf), inf
+
+
+def bias_knobs(problem: Problem, log: int = 0) -> list[Knob]:
+    """An offset for each sensor but those that count: encoder and charge.
+
+    Nor for one whose offset was withheld: that is what is to be found. And all else
+    that may be a little off in a log.
+    """
+    knobs = []
+    for c in problem.channels:
+        if c in problem.unzeroed:
+            continue
+        sd = power_bias(problem) if c == "battery_power_w" else None
+        sd = offset_sd(problem.log, problem.vehicle, c) if sd is None else sd
+        counted = c == "speed_mps" or (c == "battery_power_w" and problem.charge)
+        if not counted and sd > 0:
+            knobs.append(Knob(bias_key(log, c), 0.0, sd))
+    off = problem.shapes.items()
+    knobs += [Knob(bias_key(log, name), 0.0, shape.sd) for name, shape in off]
+    return knobs
+
+
+def power_bias(problem: Problem) -> float | None:
+    """Return the offset of a power that is voltage times current, where they tell. [W]
+
+    None where the file states its own offset, or that of neither of them.
+    """
+    parts = ("battery_voltage_v", "battery_current_a")
+    log, vehicle = problem.log, problem.vehicle
+    stated = [vehicle.bias_sd(c) for c in parts if c in log]
+    if vehicle.bias_sd("battery_power_w") is not None or len(stated) < len(parts):
+        return None
+    if not any(sd is not None for sd in stated):
+        return None
+    of_voltage, of_current = (offset_sd(log, vehicle, c) for c in parts)
+    voltage, current = (float(np.nanmean(np.abs(log[c]))) for c in parts)
+    return float(np.hypot(of_current * voltage, of_voltage * current))
+
+
+def nuisance_knobs(problems: Sequence[Problem]) -> list[Knob]:
+    """Everything that may be a little off without being a cause."""
+    knobs = tolerance_knobs(problems)
+    for i, problem in enumerate(problems):
+        knobs += bias_knobs(problem, i)
+        if problem.drive.on_stand:
+            knobs.append(Knob(own_key(i, WHEELS), 1.0, WHEELS_SD, low=LEAST))
+    commanded = not all(p.drive.imposed for p in problems)
+    if commanded and "motor_lag" not in problems[0].vehicle.effects:
+        key = "effects.motor_lag.time_constant_s"
+        lag = CURRENT_LOOP_LAG
+        knobs.append(Knob(key, 0.0, lag, low=0.0, high=1.0, step=lag / 3))
+    slow = slow_one(problems)
+    return knobs + (delay_knobs(slow) if slow else [])
+
+
+def delay_knobs(problem: Problem) -> list[Knob]:
+    """The delay that the battery's readings may have beside the speed in a slow log.
+
+    None where a torque drives the model: what its clock does to them are shapes of
+    their own. Nor where they are clearly late: that is a cause.
+    """
+    row, vehicle = problem.row, problem.vehicle
+    told = problem.torqued or problem.charge is not None or DELAY in vehicle.effects
+    asked = problem.drive.imposed and row >= POLLED and battery_channel(problem)
+    if told or not asked or problem.late:
+        return []
+    low, high = vehicle.known[DELAY].param("battery_delay_s").bounds
+    return [Knob(BATTERY_LATE, 0.0, ASKED * row, low, high, acts="rows")]
+
+
+def starts_of(problems: Sequence[Problem]) -> dict[str, float]:
+    """Return where a fit of the tolerances begins, but for what is expected.
+
+    A delay begins where the log shows it: between two of a row or so no slope leads.
+    """
+    slow = slow_one(problems)
+    if slow is None:
+        return {}
+    return {knob.key: max(slow.delay[0], 0.0) for knob in delay_knobs(slow)}
+
+
+def slow_one(problems: Sequence[Problem]) -> Problem | None:
+    """Return the first log whose battery's readings may have a delay, if any."""
+    return next((p for p in problems if delay_knobs(p)), None)
+
+
+def bias_key(log: int, column: str) -> str:
+    """Key of the offset of a sensor in one of the logs."""
+    return f"{BIAS}{log}.{column}"
+
+
+def scale_key(log: int, column: str) -> str:
+    """Key of the share by which a sensor reads too much in one of the logs."""
+    return bias_key(log, column) + SCALE
+
+
+def own_key(log: int, key: str) -> str:
+    """Key of a figure that holds in one of the logs alone."""
+    return f"{OWN}{log}.{key}"
+
+
+def figures_of(values: Mapping[str, float], log: int | None = None) -> dict[str, float]:
+    """Return the figures of the vehicle, in all logs or in one.
+
+    The sensors' offsets are left out.
+    """
+    of_all = {k: x for k, x in values.items() if not k.startswith((BIAS, OWN))}
+    own = f"{OWN}{log}."
+    return of_all | {
+        k.removeprefix(own): x for k, x in values.items() if k.startswith(own)
+    }

@@ -1,0 +1,1 @@
+"""Evidence of many logs added up."""

@@ -1,0 +1,1 @@
+"""What of the found is asserted, what ties with it, and what must stay in doubt."""

@@ -1,0 +1,232 @@
+"""What to say of a log once it is explained: sensors that the rest contradicts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import inf
+
+from rcc_sim.analyse.logcheck.finding import Finding
+from rcc_sim.diagnose.causes.cause import Cause
+from rcc_sim.diagnose.fitting.engine import Engine
+from rcc_sim.diagnose.fitting.fit import Fit
+from rcc_sim.diagnose.fitting.knobs import BIAS, delay_knobs, scale_key
+from rcc_sim.diagnose.judge.direct import FELT, disagreeing
+from rcc_sim.diagnose.judge.verdict import TOLERATED
+from rcc_sim.diagnose.profiles.altimeter import Wander
+from rcc_sim.diagnose.residuals.lateness import battery_channel
+from rcc_sim.diagnose.residuals.problem import Problem
+from rcc_sim.diagnose.residuals.shapes import ALTIMETER, SCALE
+from rcc_sim.diagnose.residuals.terminals import RESISTANCE, VOLTAGE
+from rcc_sim.simulate.drive import is_on_stand
+
+NOTHING = 0.25
+"""Share of what an altimeter shows below which next to nothing was felt of it."""
+
+
+GAINED = 3.0
+"""Standard deviations of a sensor's gain from which on it is told."""
+
+TURNS = ("yaw_rate_radps", "steer_cmd_rad")
+"""Columns by which the model turns where the vehicle did."""
+
+DRAGS = frozenset(
+    (
+        *("rolling_resistance", "aerodynamic_drag", "road_load", "road_grade"),
+        *("drivetrain_friction", "drivetrain_damping", "iron_loss", "gear_loss"),
+        *("headwind", "friction_brake"),
+    )
+)
+"""Effects that may hold what bends take, or part of it."""
+
+STATE = "[sensors.elevation_m] noise_sd states how far heights may be off"
+WITHOUT = "--hide elevation_m does without them"
+
+IS_FELT = (
+    "is off by {}, now more, now less: the accelerometer felt other slopes",
+    f"the fit takes those, the gap the heights as shown; {STATE}",
+)
+IS_STATED = (
+    "is off by {}, if there is no drag that comes and goes",
+    "the file allows as much: the fit takes it so",
+)
+MAY_BE = (
+    "may be what leaves this gap, if it is off by {}, as a satellite receiver's are: "
+    "a drag would do no better",
+    f"{{}}; {STATE}; {WITHOUT}",
+)
+"""What to say of heights that are off, or may be, and what to do."""
+
+TELLS = {
+    False: "an accelerometer in the log tells them apart",
+    True: "the accelerometer felt neither clearly",
+}
+"""What tells a slope from a drag, by whether the log has an accelerometer."""
+
+
+def findings_of(
+    engine: Engine,
+    fit: Fit,
+    log: int,
+    wanders: Mapping[int, Wander],
+    causes: Sequence[Cause],
+) -> tuple[Finding, ...]:
+    """Return what to say of a log once it is explained.
+
+    Parameters
+    ----------
+    engine, fit : Engine, Fit
+        The logs, and tolerances and causes.
+    log : int
+        Which of them.
+    wanders : mapping
+        Log -> by how much its heights were off, where they were or may be.
+    causes : sequence of Cause
+        What stands.
+    """
+    problem = engine.problems[log]
+    return (
+        *misread(fit, log),
+        *behind(fit, problem),
+        *wandering(wanders, log, accelerometer=FELT in problem.channels),
+        *disagreeing(engine, fit, log),
+        *without_bends(problem, causes),
+        *unjudged(problem, causes),
+    )
+
+
+def misread(fit: Fit, log: int = 0) -> tuple[Finding, ...]:
+    """Return what to say of the sensors of a log that the rest of it contradicts."""
+    return climbs(fit, log) + gains(fit, log)
+
+
+def wandering(
+    wanders: Mapping[int, Wander], log: int = 0, *, accelerometer: bool = False
+) -> tuple[Finding, ...]:
+    """Return what to say of an altimeter that wanders, or may.
+
+    ``accelerometer`` says whether the log has one.
+    """
+    if log not in wanders:
+        return ()
+    one = wanders[log]
+    what, action = IS_FELT if one.is_felt else IS_STATED if one.is_stated else MAY_BE
+    off = what.format(f"some {one.height:.1f} m")
+    kind = "wander" if one.is_known else "may_wander"
+    action = action.format(TELLS[accelerometer])
+    return (Finding(kind, ALTIMETER, off, action=action, severity="warning"),)
+
+
+def behind(fit: Fit, problem: Problem) -> tuple[Finding, ...]:
+    """Return what to say of a battery whose readings a fit takes to come late.
+
+    Not of a delay that the file states, nor of one that is a cause.
+    """
+    taken = {k.key for k in fit.knobs if k.sd < inf}
+    return tuple(
+        Finding(
+            "late",
+            battery_channel(problem),
+            f"comes some {fit.values[knob.key]:.2g} s later than the speed",
+            action="the fit takes it so; [sensors] latency_s states how late it is",
+            severity="warning",
+        )
+        for knob in delay_knobs(problem)
+        if knob.key in taken and fit.values[knob.key] > knob.sd
+    )
+
+
+def without_bends(problem: Problem, causes: Sequence[Cause]) -> tuple[Finding, ...]:
+    """Return what to say of a log that does not tell where the vehicle turned.
+
+    What bends take from its power is none of the model's, and drags are left to hold
+    it: those named may be off by that, or stand for it.
+    """
+    log = problem.log
+    if not problem.drive.imposed or is_on_stand(log) or any(c in log for c in TURNS):
+        return ()
+    named = {e for c in causes for e in (c.effect, *c.tied)}
+    if not named & DRAGS:
+        return ()
+    return (
+        Finding(
+            "no_bends",
+            "yaw_rate_radps",
+            "is not logged, nor steering: the model drives straight, and what bends "
+            "take passes for a drag",
+            action="log either, where the drive has bends",
+        ),
+    )
+
+
+def unjudged(problem: Problem, causes: Sequence[Cause]) -> tuple[Finding, ...]:
+    """Return what to say of a voltage that tells nothing, where no cause was found."""
+    if causes or VOLTAGE not in problem.log or VOLTAGE in problem.channels:
+        return ()
+    if RESISTANCE not in problem.vehicle.figures():
+        return ()
+    return (
+        Finding(
+            "not_judged",
+            VOLTAGE,
+            "is not judged beside a resistance that the file states: "
+            "open_circuit_voltage_v has an sd or a range, or is not stated",
+            action="a resistance that has grown shows where it is stated without one",
+        ),
+    )
+
+
+def gains(fit: Fit, log: int = 0) -> tuple[Finding, ...]:
+    """Return the sensors that a fit takes to read too much, or too little."""
+    found = []
+    for knob in fit.knobs:
+        column = column_of(knob.key, log)
+        pull = fit.values[knob.key] / knob.sd if column else 0.0
+        if column == ALTIMETER or abs(pull) < GAINED:
+            continue
+        times = 1 + fit.values[knob.key]
+        found.append(
+            Finding(
+                "misread",
+                column,
+                f"reads {times:.3g} times what the rest of the log says "
+                f"({pull:+.1f} sd of its gain)",
+                action="the fit takes it so; [sensors] scale_sd states how far it may "
+                "be off",
+                severity="warning",
+                factor=round(1 / times, 4),
+            )
+        )
+    return tuple(found)
+
+
+def column_of(key: str, log: int) -> str:
+    """Return the column of a gain of a sensor of a log; empty of any other figure."""
+    column = key.removeprefix(f"{BIAS}{log}.").removesuffix(SCALE)
+    return column if key == scale_key(log, column) else ""
+
+
+def climbs(fit: Fit, log: int = 0) -> tuple[Finding, ...]:
+    """Return what to say of an altimeter whose climbs were not those of the road.
+
+    The model has them by the share that power, torque and accelerometer felt: none
+    where it was out of step, or of another road.
+    """
+    key = scale_key(log, ALTIMETER)
+    sd = next((k.sd for k in fit.knobs if k.key == key), 0.0)
+    scale = fit.values.get(key, 0.0)
+    if not sd or abs(scale) <= TOLERATED * sd:
+        return ()
+    felt = 1 - scale
+    share = "next to nothing" if abs(felt) < NOTHING else f"some {100 * felt:.0f} %"
+    return (
+        Finding(
+            "misread",
+            ALTIMETER,
+            f"shows climbs of which the rest of the log felt {share}: it is out of "
+            "step, of another road, or badly scaled",
+            action="the fit takes slopes as felt, the gap as shown; diagnose again "
+            "with --hide elevation_m before any figure that moved is believed",
+            severity="warning",
+            factor=round(felt, 3),
+        ),
+    )

@@ -1,0 +1,386 @@
+"""What is asserted: causes that stand, how sure, and the status of the whole."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from math import exp, hypot, inf, log
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rcc_sim.analyse.logcheck.finding import Finding
+from rcc_sim.definitions.figure import Z_90
+from rcc_sim.diagnose.causes.cause import ANOTHER_VEHICLE, ENOUGH, Cause
+from rcc_sim.diagnose.fitting.fit import Fit
+from rcc_sim.diagnose.fitting.knobs import Knob
+from rcc_sim.diagnose.judge.ties import Rival
+from rcc_sim.diagnose.profiles.remainder import Remainder
+from rcc_sim.diagnose.search.compete import Explanation
+from rcc_sim.diagnose.search.screen import CLOSER, TICK
+from rcc_sim.physics.effect import Effect
+from rcc_sim.physics.effects import EFFECTS, neutral_of
+from rcc_sim.units import unit_of
+
+Array = NDArray[np.float64]
+
+SHRUNK, NO_ENERGY = 1 / 3, 1.5
+"""Share to which the energy gap, and what is beyond noise, have to shrink on rows that
+no fit saw; size below which the first need not. [1], [%]"""
+
+DOUBTLESS = 1.5
+"""Times its expanded uncertainty from which on an energy gap is one, whatever the rows
+say: three standard uncertainties. In 260 drives without a cause the largest is 2.9."""
+
+TOLERATED = 5.0
+"""Standard deviations up to which tolerances may explain a gap, each and all together.
+Of 978 drives of the blind plant in which nothing unknown acts five have more at most;
+in four of these one of two causes is missed."""
+
+LEAST_SURE, EVEN, SUREST = 0.01, 0.5, 0.995
+"""Least and largest probability that is stated: nats are surer than any model; and the
+largest of a cause that needs another vehicle."""
+
+SOFT = 4.0
+"""Nats by which odds grow by e: model error blunts a likelihood by about so much."""
+
+EQUAL = 1.0
+"""Nats within which two are equally likely."""
+
+ROW_SHARE = 0.2
+"""Share of a log's rows to which a time is told, one sd: when within a row a command
+came or a reading was taken, no log says."""
+
+INTERVAL = 1.45
+"""Factor on standard deviations for what a model leaves out; from ``blind score``."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A figure found, with its 90 % interval; ``stated`` is the vehicle file's.
+
+    Of one that varies the mean, and the ``least`` and ``most`` over the drive; over all
+    drives, where there are several, and in ``each``.
+    """
+
+    value: float
+    low: float
+    high: float
+    sd: float
+    stated: float | None = None
+    least: float | None = None
+    most: float | None = None
+    each: tuple[Estimate, ...] = ()
+
+    def document(self) -> dict[str, Any]:
+        """Return what ``--json`` prints of it."""
+        told: dict[str, Any] = {"value": self.value, "low": self.low, "high": self.high}
+        names = ("stated", "least", "most")
+        told |= {n: x for n in names if (x := getattr(self, n)) is not None}
+        return told | ({"logs": [e.document() for e in self.each]} if self.each else {})
+
+
+@dataclass(frozen=True)
+class Asserted:
+    """A cause that stands.
+
+    Parameters
+    ----------
+    cause : Cause
+        The effect and what it gained.
+    probability : float
+        That it, or one it is tied with, acts.
+    figures : dict
+        Parameter -> estimate.
+    instead : dict
+        Effect that the logs cannot tell from it -> the same of that, in its place.
+    alike : tuple of Fit
+        All figures with each of those in its place.
+    """
+
+    cause: Cause
+    probability: float
+    figures: dict[str, Estimate]
+    instead: dict[str, dict[str, Estimate]] = field(default_factory=dict)
+    alike: tuple[Fit, ...] = ()
+
+
+def status_of(
+    causes: list[Cause],
+    left: Remainder,
+    before: float | None = None,
+    after: float | None = None,
+    *,
+    doubtless: bool = True,
+    noise: float = inf,
+    large: bool = False,
+    explained: float = 1.0,
+    ends: bool = False,
+    farthest: float = 0.0,
+    disagree: bool = False,
+    even: bool = False,
+) -> str:
+    """Return the status: no_gap, explained, partly_explained or unexplained.
+
+    ``before`` and ``after`` are the energy gap [%] on rows that no fit saw. What does
+    not shrink there, if it is ``doubtless`` or stays beyond ``noise`` [%], is not
+    explained, nor what grows; nor is what does not shrink row by row (``explained``, a
+    share), nor by a cause that ``ends`` where its search does, nor where stated
+    figures are ``farthest`` off by more sds than is tolerated, nor where logs, or a
+    channel and the model, ``disagree``, nor by a cause of which the chances are
+    ``even``. A gap is ``large`` if it is one whatever the rows say; what no tolerance
+    takes is one as well.
+    """
+    if not causes:
+        real = left.is_real or large or farthest > TOLERATED or disagree
+        return "unexplained" if real else "no_gap"
+    stays = left.is_real or ends or even or explained < 1 - SHRUNK
+    stays |= farthest > TOLERATED or disagree
+    if before is not None and after is not None:
+        stays |= grew(before, after)
+        asked = doubtless or abs(after) > noise
+        stays |= asked and abs(after) > max(SHRUNK * abs(before), NO_ENERGY)
+    return "partly_explained" if stays else "explained"
+
+
+def grew(before: float, after: float) -> bool:
+    """Tell whether an energy gap [%] is larger than before, beyond what is none."""
+    return abs(after) > abs(before) + NO_ENERGY
+
+
+def proves_nothing(explained: float, before: float | None, after: float | None) -> bool:
+    """Tell whether causes do nothing for rows that no fit saw: they are withdrawn.
+
+    Neither what is beyond noise row by row (``explained``, a share) shrinks by a third
+    there, nor an energy gap [%] that is beyond doubt, from ``before`` to ``after``.
+    """
+    if before is None or after is None or explained >= SHRUNK:
+        return False
+    return abs(after) > (1 - SHRUNK) * abs(before)
+
+
+def worsens(before: float | None, after: float | None, noise: float) -> bool:
+    """Tell whether causes open an energy gap on rows that no fit saw: they are refuted.
+
+    It was smaller, and is beyond what ``noise`` may do: what tolerances may, the fit
+    has taken out. Of 71 drives of the blind plant, around four vehicles, with causes
+    that act, two were left with more than that, and no gap grew. [%]
+    """
+    if before is None or after is None:
+        return False
+    return grew(before, after) and abs(after) > noise
+
+
+def of_another(findings: Iterable[Finding]) -> str:
+    """Return what a check found of another vehicle; else nothing."""
+    kinds = "other_battery", "other_vehicle"
+    return next((f"{f.channel} {f.what}" for f in findings if f.kind in kinds), "")
+
+
+def ends_early(cause: Cause, fit: Fit, known: Mapping[str, Effect]) -> bool:
+    """Tell whether a figure ends where its search does, short of the effect's bounds.
+
+    What asks for more is not that figure.
+    """
+    for knob in (k for k in fit.knobs if k.key in cause.keys):
+        _, effect, name = knob.key.split(".")
+        x = fit.values[knob.key]
+        if x in (knob.low, knob.high) and x not in known[effect].param(name).bounds:
+            return True
+    return False
+
+
+def probability(
+    cause: Cause, left: Remainder, farthest: float = 0.0, *, ends: bool = False
+) -> float:
+    """Return the probability that a cause, or one tied with it, acts.
+
+    An even chance at most where it, or a stronger one, ``ends`` as its search does, or
+    beside stated figures that are ``farthest`` off by as many sds as another vehicle's:
+    one of them stands for what is not known.
+    """
+    margin = min(cause.gain - 0.5 * ENOUGH, cause.gain - cause.rival)
+    if abs(margin) < EQUAL:
+        margin = 0.0
+    chance = 1 / (1 + exp(-min(margin, 200.0) / SOFT))
+    if cause.profiles:  # something unknown of the same course is no likelier
+        chance = max(chance, EVEN)
+    if left.is_real:
+        chance *= cause.gain / (cause.gain + left.against(cause.effect, cause.shares))
+    most = EVEN if ends or farthest > ANOTHER_VEHICLE else SUREST
+    return min(max(chance, LEAST_SURE), most)
+
+
+def estimates(
+    fit: Fit,
+    cause: Cause,
+    stated: Mapping[str, float],
+    row: float = 0.0,
+    others: Sequence[Fit] = (),
+) -> dict[str, Estimate]:
+    """Return the figures of a cause with their intervals.
+
+    ``stated`` holds what the vehicle file states: a profile acts on top of it. ``row``
+    is the time between two rows of the log, or over which a drive is smeared. [s]
+    ``others`` are fits that the logs cannot tell from this one.
+    """
+    out = {}
+    knobs = {k.key: k for k in fit.knobs}
+    for key in cause.keys:
+        name = key.rpartition(".")[2]
+        if cause.profiles:
+            out[name] = _of_profile(fit, key, cause, stated.get(key, 0.0))
+        elif key in knobs:
+            value = fit.values[key]
+            own = fit.sd_among(others, key) * INTERVAL
+            sd = hypot(own, resolution(knobs[key], value, row))
+            sd = min(sd, knobs[key].high - knobs[key].low)
+            low = max(value - Z_90 * sd, knobs[key].low)
+            high = min(value + Z_90 * sd, knobs[key].high)
+            out[name] = Estimate(value, min(low, value), max(high, value), sd)
+        else:  # a clock's period, found by trying
+            value = fit.values[key]
+            out[name] = Estimate(value, value - TICK, value + TICK, 0.5 * TICK)
+        out[name] = replace(out[name], stated=stated.get(key))
+    return out
+
+
+def asserted_of(
+    fit: Fit,
+    causes: Sequence[Cause],
+    rivals: Mapping[str, Sequence[Rival]],
+    stated: Mapping[str, float],
+    row: float,
+    chances: Sequence[float],
+) -> tuple[Asserted, ...]:
+    """Return causes with their chances, figures, and what could stand in their place.
+
+    Parameters
+    ----------
+    fit : Fit
+        Tolerances and causes.
+    causes : sequence of Cause
+        Strongest first.
+    rivals : mapping
+        Cause -> other effects in its place.
+    stated, row
+        As for :func:`estimates`.
+    chances : sequence of float
+        Probability of each.
+    """
+    alike = {
+        c.effect: [r for r in rivals.get(c.effect, ()) if r.effect in c.tied]
+        for c in causes
+    }
+
+    def one(cause: Cause, chance: float) -> Asserted:
+        tied = alike[cause.effect]
+        beside = [r.fit for e, own in alike.items() if e != cause.effect for r in own]
+        instead = {
+            r.effect: estimates(r.fit, r.in_place_of(cause), stated, row) for r in tied
+        }
+        figures = estimates(fit, cause, stated, row, beside)
+        return Asserted(cause, chance, figures, instead, tuple(r.fit for r in tied))
+
+    return tuple(map(one, causes, chances))
+
+
+def may_be_nil(fit: Fit, cause: Cause, stated: Mapping[str, float], row: float) -> bool:
+    """Tell whether all figures of a constant cause may be as if it were not there.
+
+    A delay of a fraction of a row may be gained by what another effect does a little
+    otherwise than its model: beside a stronger cause it is none.
+    """
+    if cause.profiles:
+        return False
+    found = estimates(fit, cause, stated, row)
+    neutral = {k.rpartition(".")[2]: neutral_of(k) for k in cause.keys}
+    return all(e.low <= neutral[name] <= e.high for name, e in found.items())
+
+
+def resolution(knob: Knob, value: float, row: float) -> float:
+    """How exactly a figure can be told at all, one sd, whatever the curvature says."""
+    if knob.is_stepped:
+        return (CLOSER[-1] - 1) * abs(value)
+    return ROW_SHARE * row if unit_of(knob.key) == "s" else 0.0
+
+
+def _of_profile(fit: Fit, key: str, cause: Cause, stated: float) -> Estimate:
+    """Mean and ends of profiles and what they act on: fitted, else as stated.
+
+    Of several logs the mean over all that tell it, each as long as it is; what puts one
+    off may put off all. One whose interval is all that the effect allows tells nothing.
+    """
+    bounds = EFFECTS[cause.effect].param(key.rpartition(".")[2]).bounds
+    base = fit.values.get(key, stated)
+
+    def estimate(mean: float, sd: float, values: Array) -> Estimate:
+        told = [mean, mean - Z_90 * sd, mean + Z_90 * sd, values.min(), values.max()]
+        value, low, high, least, most = np.clip(np.add(told, base), *bounds).tolist()
+        return Estimate(value, low, high, sd, least=least, most=most)
+
+    profiles = [cause.profiles[i] for i in sorted(cause.profiles)]
+    each = tuple(estimate(p.mean, INTERVAL * p.mean_sd, p.value) for p in profiles)
+    if len(each) == 1:
+        return each[0]
+    told = [p for p, e in zip(profiles, each, strict=True) if (e.low, e.high) != bounds]
+    told = told or profiles
+    long = [p.knots[-1] - p.knots[0] for p in told]
+    mean = float(np.average([p.mean for p in told], weights=long))
+    sd = INTERVAL * float(np.average([p.mean_sd for p in told], weights=long))
+    whole = estimate(mean, sd, np.concatenate([p.value for p in told]))
+    return replace(whole, each=each)
+
+
+def ranking(
+    found: Explanation, asserted: list[Asserted], left: Remainder, status: str = ""
+) -> list[dict[str, float | str]]:
+    """Return all candidates with their probabilities and what each explains alone.
+
+    Each is weighed by the nats beyond those that it needs; nothing needs none. Where no
+    cause stands, no candidate counts for more than what it needs, whatever it gained;
+    a gap that stays unexplained is something unknown. Those that the logs cannot tell
+    from a cause name it, and share its probability, which is that one of them acts.
+    """
+    gains: Mapping[str, float] = found.ranking
+    tied = {e: a.cause.effect for a in asserted for e in a.cause.tied}
+    sure = {a.cause.effect: a.probability for a in asserted}
+    most = max([*gains.values(), left.evidence, 1.0])
+    rest = max(1.0 - max(sure.values(), default=0.0), 0.0)
+    beyond = {e: max(g, 0.0) - ENOUGH for e, g in gains.items()}
+    if not sure:
+        beyond = {e: min(x, 0.0) for e, x in beyond.items()}
+    beyond = {e: x - SOFT * log(len(gains)) for e, x in beyond.items()}
+    beyond |= {"unknown": left.evidence - left.enough, "none": 0.0}
+    if status == "unexplained":
+        beyond["unknown"] = max(beyond["unknown"], ENOUGH)
+    free = {e: x for e, x in beyond.items() if e not in sure and e not in tied}
+    likeliest = max(free.values())
+    weights = {e: exp((x - likeliest) / SOFT) for e, x in free.items()}
+    if EVEN in sure.values():  # beside another vehicle's figures, who knows
+        weights = {"unknown": 1.0}
+    others = sum(weights.values())
+    shared = {
+        e: a.probability / (1 + len(a.cause.tied))
+        for a in asserted
+        for e in (a.cause.effect, *a.cause.tied)
+    }
+    rows: list[dict[str, float | str]] = []
+    for effect in beyond:
+        gain = gains.get(effect, left.evidence if effect == "unknown" else 0.0)
+        chance = shared.get(effect, rest * weights.get(effect, 0.0) / others)
+        share = min(max(gain, 0.0) / most, 1.0)
+        rows.append(
+            {
+                "effect": effect,
+                "probability": chance,
+                "explains": share,
+                "tied_with": tied.get(effect, ""),
+            }
+        )
+    return sorted(
+        rows,
+        key=lambda r: (-float(r["probability"]), r["effect"] not in sure,
+                       -float(r["explains"])),
+    )  # fmt: skip

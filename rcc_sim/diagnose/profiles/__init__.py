@@ -1,0 +1,1 @@
+"""Causes that vary over a drive, and what is left of it that none explains."""

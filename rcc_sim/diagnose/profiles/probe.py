@@ -1,0 +1,319 @@
+"""Causes that vary over a drive: looked for, window by window.
+
+An effect's signal is what it adds to each channel. Times a window it is what the
+effect adds if it acts in that window alone, because the vehicle, drawn to its log,
+forgets within a second. The strengths in the windows are then a linear problem, with
+a prior on their size and roughness that the log itself scales.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from copy import copy
+from dataclasses import replace
+from functools import cached_property
+from math import inf
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csc_array
+
+from rcc_sim.diagnose.causes.cause import ENOUGH
+from rcc_sim.diagnose.causes.profile import Profile, shares
+from rcc_sim.diagnose.causes.strengths import (
+    Prior,
+    Weighed,
+    Windows,
+    freed,
+    likeliest,
+    prior_of,
+    priors_of,
+    windows,
+)
+from rcc_sim.diagnose.fitting.engine import Engine
+from rcc_sim.diagnose.fitting.fit import Fit
+from rcc_sim.diagnose.fitting.knobs import Knob, bounds_of
+from rcc_sim.diagnose.noise.strips import Strips
+from rcc_sim.diagnose.noise.whitener import (
+    Whitener,
+    fit_whitener,
+    log_likelihood,
+    weights,
+)
+from rcc_sim.diagnose.residuals.sizes import small_changes
+from rcc_sim.units import unit_of
+
+Array = NDArray[np.float64]
+
+DRIFTS = ("effects.auxiliary_load.power_w",)
+"""What a slow drift of the battery's gauge looks the same as, and gives way to."""
+
+ROUNDS = 4
+"""Rounds in which a profile and the noise find their shares."""
+
+
+class Probe:
+    """The signal of one figure at a fit, ready to be cut into windows.
+
+    By a step of it of some size; a small one where it is not given.
+    """
+
+    def __init__(
+        self, engine: Engine, fit: Fit, key: str, size: float | None = None
+    ) -> None:
+        size = probe_size(engine, key) if size is None else size
+        self.engine, self.fit, self.key = engine, fit, key
+        self._white: dict[int, Array] = {}
+        self._without: dict[int, float] = {}
+        base = fit.values.get(key, engine.problems[0].stated(key))
+        start = engine.residuals(fit.values, coarse=True)
+        knob = Knob(key, base, inf, *bounds_of(engine.problems[0], key))
+        size, moved = engine.aside(fit.values | {key: base}, knob, size)
+        pairs = zip(moved, start, strict=True)
+        per = 1 / size if size else 0.0  # at a bound on both sides
+        self.signal = [np.nan_to_num(per * (a - b)) for a, b in pairs]
+        self.tracks = [
+            i for i, w in enumerate(fit.noise) if np.any(self.signal[i][w.valid])
+        ]
+
+    def as_if_none(self, acting: Mapping[int, Profile]) -> Probe:
+        """Return it for the whole of what acts, as if nothing did: to first order.
+
+        What is found anew is then linear about what acts, and not about nil.
+        """
+        strength = self._at_rows(acting)
+        tracks = zip(self.engine.tracks, self.fit.residuals, self.signal, strict=True)
+        left = [e - x * strength.get(i, 0.0) for (i, _), e, x in tracks]
+        probe = copy(self)
+        probe.fit, probe._white, probe._without = (
+            replace(self.fit, residuals=left), {}, {},
+        )  # fmt: skip
+        return probe
+
+    @property
+    def shares(self) -> Array:
+        """Share of each track in the signal."""
+        return shares(self.signal, self.fit.noise)
+
+    def shares_of(self, profiles: Mapping[int, Profile]) -> Array:
+        """Share of each track in what profiles change, log by log."""
+        strength = self._at_rows(profiles)
+        pairs = zip(self.engine.tracks, self.signal, strict=True)
+        return shares([x * strength.get(i, 0.0) for (i, _), x in pairs], self.fit.noise)
+
+    def _at_rows(self, profiles: Mapping[int, Profile]) -> dict[int, Array]:
+        """Return the strength of profiles at the rows of their logs."""
+        problems = self.engine.problems
+        return {i: p.at(problems[i].coordinate(p.along)) for i, p in profiles.items()}
+
+    def profile(self, log: int, along: str, x: Array, count: int) -> Profile:
+        """Strengths over a coordinate x of one log, and the evidence for them."""
+        knots = np.linspace(x.min(), x.max(), count)
+        tracks = self._tracks_of(log)
+        if not tracks or knots[0] == knots[-1]:
+            return Profile(self.key, along, knots, 0 * knots, 0 * knots, 0.0)
+        H = windows(x, knots)
+        noise = [self.fit.noise[i] for i in tracks]
+        prior = prior_of(self.key, along, knots)
+        found = self._weighed(tracks, H, noise, self._left(tracks), prior)
+        drifts = self.key not in DRIFTS and any(w.drift is not None for w in noise)
+        if drifts:
+            found = self._relearnt(tracks, H, found, prior)
+        return Profile(
+            self.key,
+            along,
+            knots,
+            found.value,
+            found.sd,
+            found.evidence,
+            drifts,
+            None if drifts else found.normal,
+            prior.held,
+            found.mean_sd,
+        )
+
+    def sharper(
+        self, profile: Profile, log: int, x: Array, counts: Iterable[int]
+    ) -> Profile:
+        """The same by the noise that it leaves: sharper, and no likelier for it.
+
+        In more windows where they gain ``ENOUGH``, as gentle as is likeliest. What
+        varies fast passes for a noise that remembers, which smooths it away: the noise
+        is learnt from that of the fit, and from one that remembers nothing.
+        """
+        if profile.normal is None or profile.evidence <= 0:
+            return profile
+        best, most = profile, profile.evidence
+        for n in sorted(counts):
+            knots = np.linspace(x.min(), x.max(), n)
+            H, finer = windows(x, knots), n > len(best.knots)
+            tried = [
+                self._beside_noise(log, H, prior, forgetful)
+                for prior in priors_of(profile.key, profile.along, knots)
+                for forgetful in (False, True)
+            ]
+            found = max(tried, key=lambda one: one.evidence)
+            if found.evidence > most + (ENOUGH if finer else 0.0):
+                most = found.evidence
+                best = replace(
+                    profile,
+                    knots=knots,
+                    value=found.value,
+                    sd=found.sd,
+                    mean_sd=found.mean_sd,
+                )
+        return best
+
+    def with_noise(self, profile: Profile, log: int, x: Array) -> float:
+        """Evidence for a profile and the noise that it leaves, together. [nats]
+
+        What switches on and off passes for a noise that remembers: by that noise it
+        gains next to nothing.
+        """
+        if not self.shows_in(log):
+            return 0.0
+        prior = prior_of(profile.key, profile.along, profile.knots)
+        return self._beside_noise(log, windows(x, profile.knots), prior).evidence
+
+    def per_row(self, log: int) -> tuple[Array, Array]:
+        """Likeliest strength row by row, and how much each tells (inverse variance).
+
+        By a noise that remembers nothing.
+        """
+        told = np.zeros(len(self.engine.problems[log].log["time_s"]))
+        asked = np.zeros_like(told)
+        tracks = self._tracks_of(log)
+        for i, w in zip(tracks, self._forgetful(tracks), strict=True):
+            v, signal = w.valid, self.signal[i] / w.sigma**2
+            asked[v] -= (signal * self.fit.residuals[i])[v]
+            told[v] += (signal * self.signal[i])[v]
+        return asked / np.maximum(told, 1e-300), told
+
+    def beside_noise(self, log: int, H: Windows, shape: Array) -> Weighed:
+        """Strengths in windows H (n, k), by the ``shape`` of their prior.
+
+        Weighed against the noise, from one that remembers nothing: what switches, or
+        grows without haste, passes for one that does. What noise and knobs gain without
+        them, found anew as well, is no evidence for them.
+        """
+        found = self._beside_noise(log, H, Prior(shape), forgetful=True)
+        return replace(found, evidence=found.evidence - self.without(log))
+
+    def without(self, log: int) -> float:
+        """Evidence for noise and knobs found anew, without any strength. [nats]"""
+        if log not in self._without:
+            rows = len(self.engine.problems[log].log["time_s"])
+            none = csc_array((rows, 1)), Prior(np.eye(1))
+            nothing = self._beside_noise(log, *none, forgetful=True)
+            self._without[log] = nothing.evidence
+        return self._without[log]
+
+    def _beside_noise(
+        self, log: int, H: Windows, prior: Prior, forgetful: bool = False
+    ) -> Weighed:
+        """Strengths by the noise that they leave, learnt from that of the fit.
+
+        Or from one that remembers nothing (``forgetful``).
+        """
+        tracks = self._tracks_of(log)
+        own = [self.fit.noise[i] for i in tracks]
+        noise = self._forgetful(tracks) if forgetful else own
+        found = self._weighed(tracks, H, noise, self._left(tracks), prior)
+        return self._relearnt(tracks, H, found, prior)
+
+    def evidence(self, log: int, H: Windows, shape: Array) -> float:
+        """Evidence for such strengths by the noise of the fit. [nats]"""
+        tracks = self._tracks_of(log)
+        noise = [self.fit.noise[i] for i in tracks]
+        left = self._left(tracks)
+        return self._weighed(tracks, H, noise, left, Prior(shape)).evidence
+
+    def _forgetful(self, tracks: list[int]) -> list[Whitener]:
+        return [self._all_forgetful[i] for i in tracks]
+
+    @cached_property
+    def _all_forgetful(self) -> dict[int, Whitener]:
+        """Noise of each track that remembers nothing."""
+        return {
+            i: fit_whitener(self.fit.residuals[i], self.fit.noise[i].valid, [], [])
+            for i in self.tracks
+        }
+
+    def shows_in(self, log: int) -> bool:
+        """Tell whether the figure changes anything that a log holds."""
+        return bool(self._tracks_of(log))
+
+    def _tracks_of(self, log: int) -> list[int]:
+        return [i for i in self.tracks if self.engine.tracks[i][0] == log]
+
+    def _knobs(self, noise: Whitener, track: int) -> Array:
+        """Signals of the knobs in a track, whitened; kept for the fit's own noise."""
+        if noise is not self.fit.noise[track]:
+            return noise(self._signals(track))
+        if track not in self._white:
+            self._white[track] = noise(self._signals(track))
+        return self._white[track]
+
+    def _signals(self, track: int) -> Array:
+        return np.stack([j[track] for j in self.fit.signals]).T
+
+    def _left(self, tracks: list[int]) -> list[Array]:
+        return [self.fit.residuals[i] for i in tracks]
+
+    def _weighed(
+        self,
+        tracks: list[int],
+        H: Windows,
+        noise: list[Whitener],
+        left: list[Array],
+        prior: Prior,
+    ) -> Weighed:
+        """Strengths in some windows, by a noise and what is left to weigh rows by."""
+        fit = self.fit
+        pairs = list(zip(noise, tracks, strict=True))
+        A = Strips.stacked([w.through(self.signal[i], H) for w, i in pairs])
+        r = np.concatenate([w(fit.residuals[i]) for w, i in pairs])
+        J = np.vstack([self._knobs(w, i) for w, i in pairs])
+        rest = np.concatenate([w(e) for w, e in zip(noise, left, strict=True)])
+        W = np.sqrt(weights(rest))
+        A, r, J = A.times(W), W * r, W[:, None] * J
+        M, b, back = freed(A, r, J, fit.prior_sd, fit.off)
+        evidence, value, sd, mean_sd = likeliest(M, b, prior, H.mean(axis=0))
+        cost = float(b @ value - 0.5 * value @ M @ value) - evidence
+        return Weighed(evidence, value, sd, back(value), cost, (M, b), mean_sd)
+
+    def _relearnt(
+        self, tracks: list[int], H: Windows, found: Weighed, prior: Prior
+    ) -> Weighed:
+        """Weigh a profile against the noise, as either may be taken for the other.
+
+        The noise is learnt anew from what the profile leaves. The evidence is the
+        likelihood of that, by that noise, to the likelihood of all by its own.
+        """
+        fit = self.fit
+        sd, off = fit.prior_sd, fit.off
+        before = self._left(tracks)
+        by = [fit.noise[i] for i in tracks]
+        all_in = sum(log_likelihood(w, e) for w, e in zip(by, before, strict=True))
+        best = replace(found, evidence=0.0, value=0 * found.value)
+        now = found
+        for _ in range(ROUNDS):
+            left = [
+                self.fit.residuals[i]
+                + self.signal[i] * (H @ now.value)
+                + self._signals(i) @ now.knobs
+                for i in tracks
+            ]
+            noise = self.engine.learn_noise_of(tracks, left)
+            now = self._weighed(tracks, H, noise, left, prior)
+            likely = sum(log_likelihood(w, e) for w, e in zip(noise, left, strict=True))
+            pull = 0.5 * float((((off + now.knobs) / sd) ** 2 - (off / sd) ** 2).sum())
+            now = replace(now, evidence=likely - all_in - pull - now.cost)
+            if now.evidence > best.evidence:
+                best = now
+        return best
+
+
+def probe_size(engine: Engine, key: str) -> float:
+    """A small change of a figure, for a vehicle of any size."""
+    return small_changes(engine.problems[0]).get(unit_of(key), 0.005)

@@ -1,0 +1,387 @@
+"""What no effect of the library explains: how much, where it sits, what it follows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from math import inf
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rcc_sim.analyse.logcheck.finding import runs
+from rcc_sim.diagnose.causes.cause import Cause
+from rcc_sim.diagnose.causes.profile import Profile, overlap
+from rcc_sim.diagnose.fitting.engine import MEMORY, Engine
+from rcc_sim.diagnose.fitting.fit import Fit
+from rcc_sim.diagnose.fitting.knobs import Knob
+from rcc_sim.diagnose.noise.whitener import log_density
+from rcc_sim.diagnose.profiles.altimeter import Wander, wander
+from rcc_sim.diagnose.profiles.probe import Probe
+from rcc_sim.diagnose.residuals.problem import SINCE_BRAKING, SINCE_STANDING
+from rcc_sim.diagnose.residuals.shapes import LATERAL, STIFFNESS
+
+Array = NDArray[np.float64]
+
+UNKNOWN_ENOUGH, ROUGH_ENOUGH = 40.0, 50.0
+"""Nats beyond which a remainder is a real one; the second for a drag that follows time,
+which a rough road is, too. Of 284 drives of the blind plant without a cause (200 of
+them `rccsim blind make --kinds null --cases 200 --seed 9001`) six leave 40 nats or more
+of such a drag, one more than 44, and none more than 31 of anything else."""
+
+AFTER_ENOUGH, LATERAL_ENOUGH = 30.0, 15.0
+"""The same for what follows the time since braking or a stop, and for a grip or an
+angle that changes, of which a rough road knows nothing: of 264 such drives none had
+one that gained more than 21, or more than 3. Of 114, and of 65 with a cause that shows
+in cornering, none was more restless there than by 2."""
+
+EXACT = 1e-3
+"""Share of how a channel moves below which no model is exact: over ten hours that is
+more nats than chance leaves in ten minutes."""
+
+STEERING = "steer_cmd_rad"
+
+CARRIERS = {
+    "drag": ("effects.drivetrain_friction.torque_nm", "effects.road_load.a_n"),
+    "power": ("effects.auxiliary_load.power_w",),
+    "steer": ("effects.steering_offset.angle_rad",),
+    "grip": (STIFFNESS[0],),
+}
+"""How something unknown may act: as a drag, a power, an angle of the wheels, a grip
+that changes; and the figure by which the model is made to do so (the second, where a
+file states it)."""
+
+CORNERING = ("steer", "grip")
+"""Those of them that show in cornering alone."""
+
+ITSELF = {"auxiliary_load": "power"}
+"""Effect -> the way of acting that is its own."""
+
+DRAG_OVER_TIME = ("drag", "time_s")
+"""How a rough road acts, and what it follows."""
+
+FEED = "feed"
+"""How what a load would have to be below nil acts."""
+
+FOLLOWS: dict[str, tuple[int, ...]] = {
+    "time_s": (25, 40),
+    "speed_mps": (16,),
+    STEERING: (16,),
+    SINCE_BRAKING: (12, 24),
+    SINCE_STANDING: (12, 24),
+}
+"""What it may follow, and by how many knots."""
+
+AFTER = (SINCE_BRAKING, SINCE_STANDING)
+MODELLED = ("speed_mps", *AFTER)
+"""Those of them that the model knows where the log has no such column."""
+
+GRIPS = {"time_s": (40, 120), "speed_mps": (16,), STEERING: (16,)}
+"""What a grip may follow: a patch is short, and no noise of cornering is slow."""
+
+CHANGES = {
+    "time_s": (4, 8, 16), STEERING: (8, 16),
+    SINCE_BRAKING: (12,), SINCE_STANDING: (12,),
+}  # fmt: skip
+"""What a cause that was taken as constant may change with, and by how many knots."""
+
+BURST, BURST_ROWS = 1.0, 20
+"""Shortest window [s], and fewest rows, in which cornering may be restless."""
+
+BURST_COST = 6.0
+"""Nats that a restless window costs: the log of how many there are to choose from."""
+
+LOUDER = np.exp(np.linspace(0.05, 1.6, 16))
+"""Sizes of whitened residuals that are tried."""
+
+WINDOWS = 50
+"""Stretches of a log below a quarter of which gaps between windows are closed."""
+
+
+@dataclass(frozen=True)
+class Remainder:
+    """The likeliest form of what is left.
+
+    Parameters
+    ----------
+    evidence : float
+        Nats for it against nothing.
+    acts_as, follows : str
+        How it acts, and the column that it follows.
+    windows : list of dict
+        start_s, end_s, channel and share of where it acted.
+    profile : Profile or None
+        Its strength.
+    log : int
+        Log in which it is clearest.
+    shares : ndarray
+        Share of each track in it.
+    rivals : tuple of Remainder
+        The likeliest by each way of acting, this one among them.
+    inexact : float
+        Nats that a model may leave that is as exact as models are (``EXACT``).
+    heights : Wander or None
+        What an altimeter that wanders would make of it.
+    """
+
+    evidence: float
+    acts_as: str
+    follows: str
+    windows: list[dict[str, Any]]
+    profile: Profile | None = None
+    log: int = 0
+    shares: Array = field(default_factory=lambda: np.zeros(0))
+    rivals: tuple[Remainder, ...] = ()
+    inexact: float = 0.0
+    heights: Wander | None = None
+
+    def against(self, effect: str, shares: Array) -> float:
+        """Nats of what is left in the tracks in which a cause shows itself.
+
+        An unknown power is an auxiliary load that varies, and does not speak against
+        one; nor does that load's own coming and going. Nor does what chance may leave,
+        beside something real.
+        """
+        own = (effect, ITSELF[effect]) if effect in ITSELF else ()
+        rivals = [
+            r for r in self.rivals if r.acts_as not in own and r.is_real == self.is_real
+        ]
+        return max((r.evidence * overlap(r.shares, shares) for r in rivals), default=0)
+
+    def change_of(self, effect: str) -> float:
+        """Nats by which a cause that was taken as constant comes and goes instead.
+
+        One that may vary does so as it may.
+        """
+        if effect in ITSELF:
+            return 0.0
+        return max((r.evidence for r in self.rivals if r.acts_as == effect), default=0)
+
+    @property
+    def is_real(self) -> bool:
+        """Whether it is beyond what chance leaves."""
+        return self.evidence > self.enough
+
+    @property
+    def enough(self) -> float:
+        """Nats that chance, the model, or an altimeter may leave."""
+        if self.heights and self.heights.is_known:
+            return inf
+        if self.acts_as in CORNERING:
+            chance = LATERAL_ENOUGH
+        elif (self.acts_as, self.follows) == DRAG_OVER_TIME:
+            chance = ROUGH_ENOUGH
+        else:
+            chance = AFTER_ENOUGH if self.follows in AFTER else UNKNOWN_ENOUGH
+        return max(chance, self.inexact)
+
+
+def clearest(rivals: Iterable[Remainder]) -> Remainder:
+    """Return the likeliest of those that are real, else of all."""
+    return max(rivals, key=lambda r: (r.is_real, r.evidence))
+
+
+def remainder(
+    engine: Engine, fit: Fit, constant: Mapping[str, Sequence[str]] | None = None
+) -> Remainder:
+    """Return the likeliest form of what a fit leaves unexplained.
+
+    ``constant`` holds effects that the fit takes as constant, and their figures: that
+    one of them changes with time, or with the steering, is a form as well. But for a
+    delay: within a row it makes readings smoother or rougher, and that is what would
+    come and go.
+    """
+    steered = all(p.drive.steered for p in engine.problems)
+    forms: list[Callable[[], list[Remainder]]] = []
+    for name in CARRIERS:
+        if name in CORNERING and not steered:
+            continue
+        key = carrier_of(engine, fit, name)
+        forms.append(partial(acting_as, engine, fit, name, key))
+    forms += [partial(bursts, engine, fit, log) for log in range(len(engine.problems))]
+    for name, figures in (constant or {}).items():
+        for knob in fit.knobs:
+            if knob.key in figures and knob.acts != "rows":
+                forms.append(partial(changing, engine, fit, name, knob))
+    power = inexactness(engine, fit)
+    each = [
+        replace(r, inexact=float(power @ r.shares)) if len(r.shares) else r
+        for found in engine.each(lambda form: form(), forms)
+        for r in found
+    ]
+    each = [as_heights(engine, fit, r) for r in each]
+    return replace(clearest(each), rivals=tuple(each))
+
+
+def as_heights(engine: Engine, fit: Fit, left: Remainder) -> Remainder:
+    """Return what is left, with the heights that would be off if it is a drag."""
+    drag = left.profile
+    if (
+        drag is None
+        or not left.is_real
+        or (left.acts_as, left.follows) != DRAG_OVER_TIME
+    ):
+        return left
+    return replace(left, heights=wander(engine, fit, drag, left.evidence, left.log))
+
+
+def with_cut(left: Remainder, engine: Engine, fit: Fit, cause: Cause) -> Remainder:
+    """Return what is left, or what a load had to leave that cannot be less than nil."""
+    if not cause.cut:
+        return left
+    cuts, key = [left], cause.keys[0]
+    probe = Probe(engine, fit, key)
+    for i, beyond in cause.cut.items():
+        x = engine.problems[i].coordinate(beyond.along)
+        found = windows_of(probe, i, beyond, x)
+        if found:
+            acts = FEED if beyond.mean < 0 else ITSELF[cause.effect]
+            nats, shares = cause.cut_nats, probe.shares
+            one = Remainder(nats, acts, beyond.along, found, beyond, i, shares)
+            cuts.append(replace(one, rivals=left.rivals))
+    return clearest(cuts)
+
+
+def inexactness(engine: Engine, fit: Fit) -> Array:
+    """Return the nats of each track of which a model is not exact, as models go.
+
+    EXACT² / 2 · |W (x - mean x)|², x being what is predicted and W whitening it.
+    """
+    nats = []
+    for (log, channel), left, white in zip(
+        engine.tracks, fit.residuals, fit.noise, strict=True
+    ):
+        predicted = engine.problems[log].log[channel] - left
+        level = float(np.mean(predicted[white.valid])) if white.valid.any() else 0.0
+        moves = np.nan_to_num(predicted - level)
+        nats.append(0.5 * EXACT**2 * float((white(moves) ** 2).sum()))
+    return np.array(nats)
+
+
+def carrier_of(engine: Engine, fit: Fit, name: str) -> str:
+    """Return the figure by which the model acts in one of the ``CARRIERS``."""
+    known = {**engine.problems[0].vehicle.figures(), **fit.values}
+    tables = {key.rpartition(".")[0] for key in known}
+    keys = CARRIERS[name]
+    return next((k for k in keys[1:] if k.rpartition(".")[0] in tables), keys[0])
+
+
+def acting_as(engine: Engine, fit: Fit, name: str, key: str) -> list[Remainder]:
+    """Return the likeliest form of a way of acting, as one figure does."""
+    probe = Probe(engine, fit, key)
+    return [likeliest_of(probe, name, GRIPS if name == "grip" else FOLLOWS)]
+
+
+def changing(engine: Engine, fit: Fit, name: str, knob: Knob) -> list[Remainder]:
+    """Return how a figure of a cause that was taken as constant may change.
+
+    A sensor's not with the steering: an offset that follows the steering is a gain.
+    """
+    probe = Probe(engine, fit, knob.key, knob.inward(fit.values[knob.key]))
+    sensor = engine.problems[0].vehicle.known[name].sensor
+    follows = {x: n for x, n in CHANGES.items() if not (sensor and x == STEERING)}
+    found = [likeliest_of(probe, name, {x: n}) for x, n in follows.items()]
+    # in a bend, or just after braking, no torque is told well: that has to be real
+    return [r for r in found if r.follows == "time_s" or r.evidence > UNKNOWN_ENOUGH]
+
+
+def likeliest_of(
+    probe: Probe, name: str, follows: Mapping[str, tuple[int, ...]]
+) -> Remainder:
+    """Return the likeliest form of one way of acting."""
+    best = Remainder(0.0, name, "", [], shares=probe.shares)
+    for i, problem in enumerate(probe.engine.problems):
+        for along, counts in follows.items():
+            if along not in MODELLED and along not in problem.log:
+                continue
+            x = problem.coordinate(along)
+            most = max(counts)
+            if along == "time_s" and follows is not GRIPS:
+                # no finer than the noise remembers
+                most = max(int((x[-1] - x[0]) / MEMORY) + 1, counts[0])
+            tried = [probe.profile(i, along, x, n) for n in counts if n <= most]
+            profile = max(tried, key=lambda p: p.evidence)
+            if profile.evidence > best.evidence:
+                found = windows_of(probe, i, profile, x)
+                best = Remainder(
+                    profile.evidence, name, along, found, profile, i, probe.shares
+                )
+    return best
+
+
+def bursts(engine: Engine, fit: Fit, log: int) -> list[Remainder]:
+    """Return where a log's cornering is restless: a slippery patch, a sticking rack.
+
+    What comes and goes within a moment has no mean that a profile could hold, but its
+    residuals are larger than elsewhere. In each window the size of the whitened
+    residuals may be whatever is likeliest, for ``BURST_COST`` nats. Cornering alone is
+    judged: along the road, roughness comes in bursts as well.
+    """
+    time = engine.problems[log].log["time_s"]
+    length = max(BURST, BURST_ROWS * engine.problems[log].row)
+    count = int((time[-1] - time[0]) / length) + 1
+    nats = np.zeros((len(engine.tracks), count))
+    for i, (of, channel) in enumerate(engine.tracks):
+        if of == log and channel in LATERAL:
+            w = fit.noise[i]
+            which = ((time[w.valid] - time[0]) / length).astype(int)
+            white = w(fit.residuals[i])
+            for size in LOUDER:
+                more = log_density(white / size) - log_density(white) - np.log(size)
+                nats[i] = np.maximum(nats[i], np.bincount(which, more, count))
+    nats = np.maximum(nats - BURST_COST, 0.0)
+    total = float(nats.sum())
+    loudest = engine.tracks[int(nats.sum(1).argmax())][1]
+    found = [
+        {
+            "start_s": float(time[0] + a * length),
+            "end_s": float(min(time[0] + b * length, time[-1])),
+            "channel": loudest,
+            "share": float(nats[:, a:b].sum()) / total,
+        }
+        for a, b in zip(*runs(nats.sum(0) > 0), strict=True)
+    ]
+    shares = nats.sum(1) / (total or 1.0)
+    return [Remainder(total, "steer", "time_s", found, None, log, shares)]
+
+
+def windows_of(
+    probe: Probe, log: int, profile: Profile, x: Array
+) -> list[dict[str, Any]]:
+    """Stretches in which a profile is clearly there, with their shares of it."""
+    time = probe.engine.problems[log].log["time_s"]
+    clear = profile.clear_at(x)
+    tracks = [i for i in probe.tracks if probe.engine.tracks[i][0] == log]
+    power = np.zeros(len(time))
+    strongest, channel = 0.0, ""
+    for i in tracks:
+        w = probe.fit.noise[i]
+        part = np.zeros(len(time))
+        part[w.valid] = w(probe.signal[i] * profile.at(x)) ** 2
+        power += part
+        if float(part.sum()) > strongest:
+            strongest, channel = float(part.sum()), probe.engine.tracks[i][1]
+    gap = 2.0 * (time[-1] - time[0]) / WINDOWS
+    spans: list[list[int]] = []
+    for a, b in zip(*runs(clear), strict=True):
+        if spans and time[a] - time[spans[-1][1] - 1] < 0.25 * gap:
+            spans[-1][1] = int(b)
+        else:
+            spans.append([int(a), int(b)])
+    total = float(power.sum()) or 1.0
+    out = [
+        {
+            "start_s": float(time[a]),
+            "end_s": float(time[b - 1]),
+            "channel": channel,
+            "share": float(power[a:b].sum()) / total,
+        }
+        for a, b in spans
+    ]
+    return [
+        w
+        for w, (a, b) in zip(out, spans, strict=True)
+        if power[a:b].sum() > 0.01 * total
+    ]

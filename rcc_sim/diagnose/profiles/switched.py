@@ -1,0 +1,267 @@
+"""A load that switches, or grows slowly: what noise that remembers takes for its own.
+
+A profile that changes little from knot to knot does not fit a load that jumps. Here
+the moments of change are sought by a noise that remembers nothing, and paid for; the
+levels between are then weighed against the noise that they leave, and so is a course of
+a few knots, which a log of a minute tells from noise no other way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from math import ceil, lgamma
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rcc_sim.diagnose.causes.cause import ENOUGH, PROFILES, Cause
+from rcc_sim.diagnose.causes.profile import Profile
+from rcc_sim.diagnose.causes.strengths import (
+    Weighed,
+    Windows,
+    numbered,
+    smooth,
+    windows,
+)
+from rcc_sim.diagnose.fitting.engine import Engine
+from rcc_sim.diagnose.fitting.fit import Fit
+from rcc_sim.diagnose.profiles.probe import Probe
+from rcc_sim.diagnose.profiles.remainder import carrier_of
+from rcc_sim.diagnose.residuals.problem import Problem
+
+Array = NDArray[np.float64]
+
+LOAD = "auxiliary_load"
+
+BLOCKS = 1500
+"""Blocks of rows at most between which a level may change."""
+
+SHORTEST, MOST = 1.0, 60
+"""Time that a level lasts at least, and levels at most: more are a noise. [s], [1]"""
+
+PENALTIES = (10.0, 40.0, 160.0)
+"""Nats that a change must gain by a noise that remembers nothing; the most of them by
+one that does, is found by trying."""
+
+FIRST = 3.0
+"""Nats that a change must gain by the noise that the load is still in."""
+
+NORMAL = 0.455
+"""Median of the square of a standard normal variable."""
+
+LEAST = 1.0
+"""Nats that a load is said to gain at least by a noise that takes it for its own."""
+
+SLOW = (5, 10)
+"""Knots of a course that changes slowly."""
+
+
+class Course(NamedTuple):
+    """How a load may have gone over a log.
+
+    Attributes
+    ----------
+    profile : Profile
+        Its strength, and the evidence for it beside the noise.
+    windows : sparse array, shape (n, k)
+        What each of its strengths does at the rows.
+    shape : ndarray, shape (k, k)
+        Inverse covariance of the strengths, at size 1.
+    cost : float
+        Nats that the choice of the windows costs.
+    """
+
+    profile: Profile
+    windows: Windows
+    shape: Array
+    cost: float
+
+
+def beside_noise(engine: Engine, fit: Fit, *, hidden: bool) -> Cause | None:
+    """Return how a load may have switched or grown, if what is left of a fit asks.
+
+    ``hidden``: no slower profile shows, so that pulses may be all that there is. Beside
+    one, what is left holds the model's own errors, which come in pulses as well.
+    Its ``gain`` is by the noise of the fit, as any other's; ``sharpened`` is how much
+    more it is together with the noise that it leaves, ``rival`` the nats of a drag of
+    the same course, likewise.
+    """
+    if any(w.drift is not None for w in fit.noise):
+        return None
+    key, along = PROFILES[LOAD]
+    probe = Probe(engine, fit, key)
+    courses: dict[int, Course] = {}
+    for i, problem in enumerate(engine.problems):
+        x = problem.coordinate(along)
+        tried = courses_of(probe, i, x, hidden) if probe.shows_in(i) else []
+        best = max(tried, key=lambda course: course.profile.evidence, default=None)
+        if best and best.profile.evidence > ENOUGH:
+            courses[i] = best
+    if not courses:
+        return None
+    drag = carrier_of(engine, fit, "drag")
+    other = Probe(engine, fit, drag)
+    rivals = {
+        i: other.beside_noise(i, c.windows, c.shape).evidence - c.cost
+        for i, c in courses.items()
+        if other.shows_in(i)
+    }
+    # in a log whose course might as well be a drag's, another's load proves nothing
+    beyond = {i: c.profile.evidence - rivals.get(i, 0.0) for i, c in courses.items()}
+    if max(beyond.values()) >= ENOUGH:
+        courses = {i: c for i, c in courses.items() if beyond[i] >= ENOUGH}
+    both = sum(c.profile.evidence for c in courses.values())
+    rival = sum(rivals.get(i, 0.0) for i in courses)
+    alone = sum(
+        probe.evidence(i, c.windows, c.shape) - c.cost for i, c in courses.items()
+    )
+    gain = max(alone, LEAST)
+    return Cause(
+        LOAD,
+        (key,),
+        gain,
+        rival=rival,
+        profiles={
+            i: courses[i].profile if i in courses else flat(key, along, problem)
+            for i, problem in enumerate(engine.problems)
+        },
+        sharpened=both / gain,
+        shares=probe.shares,
+    )
+
+
+def flat(key: str, along: str, problem: Problem) -> Profile:
+    """Return the course of a load that a log does not tell."""
+    ends = problem.coordinate(along)[[0, -1]]
+    return Profile(key, along, ends, np.zeros(2), np.zeros(2), 0.0)
+
+
+def courses_of(probe: Probe, log: int, x: Array, hidden: bool) -> list[Course]:
+    """Return how a load may have gone over x, by levels and by a few knots."""
+    probe.without(log)  # which is what each is held against
+    ways = stepped(probe, log, x, hidden)
+    ways += [partial(slow, probe, log, x, n) for n in SLOW]
+    return probe.engine.each(lambda way: way(), ways)
+
+
+def course_of(
+    probe: Probe,
+    found: Weighed,
+    knots: Array,
+    H: Windows,
+    shape: Array,
+    cost: float = 0,
+) -> Course:
+    """Return strengths found beside the noise as a course, one or more knots each."""
+    each = len(knots) // len(found.value)
+    profile = Profile(
+        probe.key,
+        "time_s",
+        knots,
+        found.value.repeat(each),
+        found.sd.repeat(each),
+        found.evidence - cost,
+        mean_sd=found.mean_sd,
+        weighed=True,
+    )
+    return Course(profile, H, shape, cost)
+
+
+def slow(probe: Probe, log: int, x: Array, count: int) -> Course:
+    """Return a course of a few knots that changes little from one to the next."""
+    knots = np.linspace(x[0], x[-1], count)
+    H, shape = windows(x, knots), smooth(count)
+    return course_of(probe, probe.beside_noise(log, H, shape), knots, H, shape)
+
+
+def stepped(
+    probe: Probe, log: int, x: Array, hidden: bool
+) -> list[Callable[[], Course]]:
+    """Return what makes the likeliest levels over x for each of the ``PENALTIES``.
+
+    Those of a ``hidden`` load also by the noise that a first search leaves.
+    """
+    each, by_row = probe.per_row(log)
+    count = min(len(x), BLOCKS)
+    block = np.arange(len(x)) * count // len(x)
+    told = np.bincount(block, by_row, count).astype(float)
+    value = np.bincount(block, by_row * each, count) / np.maximum(told, 1e-300)
+    least = max(ceil(SHORTEST * count / (x[-1] - x[0])), 2)
+    found: list[Callable[[], Course]] = []
+    weights = [told]
+    if hidden:
+        first = segments(value, told, least, FIRST)
+        weights.append(told * sharpened(value, told, first))
+    for edges in dict.fromkeys(
+        segments(value, weight, least, nats) for weight in weights for nats in PENALTIES
+    ):
+        k = len(edges) - 1
+        if not 2 <= k <= MOST:
+            continue
+        which = np.searchsorted(edges[1:-1], block, side="right")
+        cost = lgamma(count) - lgamma(k) - lgamma(count - k + 1)
+        found.append(partial(levels, probe, log, x, which, cost))
+    return found
+
+
+def levels(
+    probe: Probe, log: int, x: Array, which: NDArray[np.intp], cost: float
+) -> Course:
+    """Return a course of levels, one for all rows of the same number in ``which``.
+
+    They cost the log of how many ways there are to choose the moments of change.
+    """
+    H = numbered(which)
+    shape = np.eye(H.shape[1])
+    last = np.flatnonzero(np.diff(which))
+    ends = np.concatenate([[0], np.stack([last, last + 1], 1).ravel(), [-1]])
+    found = probe.beside_noise(log, H, shape)
+    return course_of(probe, found, x[ends], H, shape, cost)
+
+
+def sharpened(value: Array, told: Array, edges: tuple[int, ...]) -> float:
+    """Return how many times more each value tells by the noise that levels leave.
+
+    A load that is on for much of the time makes most of what passes for noise itself.
+    """
+    begin = np.array(edges[:-1])
+    weight = np.maximum(np.add.reduceat(told, begin), 1e-300)
+    level = np.add.reduceat(told * value, begin) / weight
+    left = value - np.repeat(level, np.diff(edges))
+    usual = float(np.median(told * left**2)) / NORMAL
+    return 1 / max(usual, 1e-12)
+
+
+def segments(value: Array, told: Array, least: int, nats: float) -> tuple[int, ...]:
+    """Return where the levels of a sequence begin, and its end.
+
+    Those that minimise ``sum told (value - level)^2 / 2 + nats`` per level, of which
+    none holds fewer than ``least`` values: optimal partitioning, by dynamic programming
+    (Jackson et al. 2005, IEEE Signal Processing Letters 12(2)).
+
+    Parameters
+    ----------
+    value, told : ndarray, shape (n,)
+        Each value, and its inverse variance.
+    least : int
+        Fewest values in a level.
+    nats : float
+        What a level costs.
+    """
+    n = len(value)
+    weight = np.concatenate([[0.0], np.cumsum(told)])
+    total = np.concatenate([[0.0], np.cumsum(told * value)])
+    best, start = np.full(n + 1, -np.inf), np.zeros(n + 1, dtype=int)
+    best[0] = 0.0
+    for j in range(min(least, n), n + 1):
+        i = slice(0, max(j - least, 0) + 1)
+        own = np.maximum(weight[j] - weight[i], 1e-300)
+        gain = best[i] + 0.5 * (total[j] - total[i]) ** 2 / own - nats
+        start[j] = int(gain.argmax())
+        best[j] = gain[start[j]]
+    edges = [n]
+    while edges[-1] > 0:
+        edges.append(int(start[edges[-1]]))
+    return tuple(edges[::-1])

@@ -1,0 +1,1 @@
+"""Whether the gap shrinks where no fit has seen it."""

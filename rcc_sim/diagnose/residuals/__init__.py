@@ -1,0 +1,1 @@
+"""One log beside the model: what any figures leave of each channel it measured."""

@@ -1,0 +1,251 @@
+"""What may be a little off in a log without being a cause, by what it does to channels.
+
+Each is a shape for every channel that is compared, which a fit adds in some size: the
+drag of bends that a driver makes up for late, load that moves between the axles,
+readings that are not of their row's own time, sensors that read too much.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rcc_sim.analyse.gap_regimes import moving_mean
+from rcc_sim.analyse.heading import TURN_RATE
+from rcc_sim.analyse.offsets import scale_sd
+from rcc_sim.definitions.sensors import INERTIAL
+from rcc_sim.definitions.vehicle import Vehicle
+from rcc_sim.diagnose.residuals.beside_motor import MOTOR
+from rcc_sim.diagnose.residuals.terminals import CURRENT, POWER, VOLTAGE, knows_voltage
+from rcc_sim.physics.effects.sensor_delay import late
+from rcc_sim.simulate.spans import CLOSE, FLOWS
+from rcc_sim.units import G
+
+if TYPE_CHECKING:
+    from rcc_sim.diagnose.residuals.problem import Problem
+
+Array = NDArray[np.float64]
+
+TORQUE, ALTIMETER = "motor_torque_nm", "elevation_m"
+
+LATERAL = ("yaw_rate_radps", TURN_RATE, "accel_y_mps2")
+
+BEYOND_SHAFT = (VOLTAGE, CURRENT, POWER)
+"""Columns of what lies between the battery and the motor's shaft."""
+
+BEND_SHARE = 0.5
+"""Share of a bend's drag that a driver may make up for late, one sd."""
+
+MADE_UP = 1.0
+"""Time in which a driver makes up for what a bend took from the speed. [s]"""
+
+OFF_THE_ROW = 0.3
+"""Rows by which readings may be off their row's time, one sd: half a row either way."""
+
+NEIGHBOURS = (-2, -1, 1, 2)
+"""Rows beside its own that a reading may be a mean of."""
+
+CALMED = 5
+"""Rows over which a channel is a mean before its rate of change is taken."""
+
+A_LITTLE = 0.01
+"""Share by which a torque or a slope is changed to see what its gain does."""
+
+DISCHARGED = 0.1
+"""Share of an open-circuit voltage that the charge of a drive may take, one sd."""
+
+SCALE = ".scale"
+
+USUAL_HEIGHT = 0.3
+"""Height of a centre of gravity in wheelbases, where a file states none."""
+
+STIFFNESS = (
+    "effects.front_cornering_stiffness.scale",
+    "effects.rear_cornering_stiffness.scale",
+)
+"""By what the model's axles are made stiffer in cornering."""
+
+
+class Shape(NamedTuple):
+    """What size 1 adds to each channel that is compared, and one sd of the size."""
+
+    tracks: list[Array]
+    sd: float
+
+
+def shapes_of(problem: Problem) -> dict[str, Shape]:
+    """Return all that may be a little off in a log, by name."""
+    off = {name: Shape(x, BEND_SHARE) for name, x in bends_of(problem).items()}
+    off |= {name: Shape(x, OFF_THE_ROW) for name, x in late_of(problem).items()}
+    fallen = discharge_of(problem)
+    if fallen:
+        off["discharge"] = Shape(fallen, DISCHARGED)
+    moved = load_transfer_of(problem)
+    if moved:
+        off["load_transfer"] = Shape(moved, height_of(problem.vehicle))
+    for column, tracks in scaled_of(problem).items():
+        sd = scale_sd(problem.vehicle, column)
+        if sd > 0:
+            known = [np.nan_to_num(x) for x in tracks]
+            off[column + SCALE] = Shape(known, sd)
+    return off
+
+
+def added_by(problem: Problem, name: str) -> dict[int, Array | float]:
+    """What size 1 of a shape, or of a channel's offset, adds to what it changes."""
+    shape, channels = problem.shapes.get(name), problem.channels
+    if shape is not None:
+        return dict(enumerate(problem.beside(shape.tracks)))
+    if name != MOTOR:
+        return {k: 1.0 for k, c in enumerate(channels) if c == name}
+    told = problem.beside(
+        [np.full(len(problem.log), float(c == name)) for c in channels]
+    )
+    return {k: x for k, x in enumerate(told) if x.any()}
+
+
+def bends_of(problem: Problem) -> dict[str, list[Array]]:
+    """What the drag of bends does to each channel, where it may go unseen.
+
+    A car slows a little in a bend, by less than a noisy speed shows, until its driver
+    makes up for it. In a drive that is imposed that share of the drag is missing in the
+    power at first (``bend``), and comes late (``bend_late``).
+    """
+    drive = problem.drive
+    if not (drive.imposed and drive.steered) or problem.charge is not None:
+        return {}
+    straight = drive.commanded(steer=np.zeros_like(drive.commands.steer))
+    on = replace(problem, drive=straight).predict({})
+    unmoved = (*LATERAL, "accel_x_mps2")
+    drag = [
+        np.nan_to_num(problem.nominal[c] - on[c]) * (c not in unmoved)
+        for c in problem.channels
+    ]
+    ages = np.arange(0, 8 * MADE_UP, problem.row)
+    late = np.exp(-ages / MADE_UP)
+    late /= late.sum()
+    return {
+        "bend": [-x for x in drag],
+        "bend_late": [np.convolve(x, late)[: len(x)] for x in drag],
+    }
+
+
+def discharge_of(problem: Problem) -> list[Array]:
+    """What an open-circuit voltage that falls with the charge does to each channel.
+
+    Per share of it, at the largest charge that was taken (or given) since the start;
+    where a file states it with an sd.
+    """
+    if knows_voltage(problem.vehicle) or VOLTAGE not in problem.channels:
+        return []
+    log = problem.log
+    charge = np.cumsum(np.nan_to_num(log[CURRENT]) * np.gradient(log["time_s"]))
+    stated = problem.vehicle.battery.open_circuit_voltage_v
+    level = stated.value if stated else 0.0
+    fall = level * charge / (np.abs(charge).max() or 1.0)
+    return [-fall * (c == VOLTAGE) for c in problem.channels]
+
+
+def load_transfer_of(problem: Problem) -> list[Array]:
+    """What the load that moves between the axles does to each channel, per height.
+
+    C_F ~ 1 - a_x h / (g l_R), C_R ~ 1 + a_x h / (g l_F), as in CommonRoad's
+    single-track model: a planar bicycle's axles stay as stiff. Per unit of h / l, l the
+    wheelbase.
+    """
+    steered = problem.drive.steered and set(LATERAL) & set(problem.channels)
+    if not steered or problem.charge is not None:
+        return []
+    body, wheelbase = problem.vehicle.body, problem.vehicle.wheelbase
+    felt = np.nan_to_num(problem.nominal["accel_x_mps2"]) / G
+    arms = body.cg_to_rear_axle_m.value, -body.cg_to_front_axle_m.value
+    told = [np.zeros(len(felt)) for _ in problem.channels]
+    for key, arm in zip(STIFFNESS, arms, strict=True):
+        out = problem.predict({key: problem.stated(key) * (1 + A_LITTLE)})
+        per = per_little(problem, out)
+        told = [x - y * felt * wheelbase / arm for x, y in zip(told, per, strict=True)]
+    return [np.nan_to_num(x) for x in told]
+
+
+def height_of(vehicle: Vehicle) -> float:
+    """Return the height of the centre of gravity as a share of the wheelbase."""
+    height = vehicle.body.cg_height_m
+    return height.value / vehicle.wheelbase if height else USUAL_HEIGHT
+
+
+def late_of(problem: Problem) -> dict[str, list[Array]]:
+    """What readings that are not of their row's time do to each channel, per row.
+
+    Between commands of some rows a second no log says for certain whether its flows, or
+    its accelerometers, are samples or means since the row before. Where a torque that
+    was measured drives the model, it is on another clock than the battery's meter, and
+    filtered otherwise: of a BMW's current 0.4 is by its row's torque, the rest by that
+    of the three about it. What that leaves in fast changes would be told as a gain. If
+    its readings are clearly late, about where they are.
+    """
+    if problem.row < CLOSE or problem.charge is not None:
+        return {}
+    if problem.torqued:
+        read = problem.nominal
+        if problem.late:
+            when = problem.log["time_s"], problem.late
+            read = {c: late(read[c], *when, sampled=True) for c in problem.channels}
+        each = [(c in BEYOND_SHAFT, read[c]) for c in problem.channels]
+        off = {
+            k: [np.nan_to_num(shifted(x, k) - x) * its for its, x in each]
+            for k in NEIGHBOURS
+        }
+        if problem.late:  # by how much is the delay's to tell
+            sums = {k: zip(off[k], off[-k], strict=True) for k in NEIGHBOURS if k > 0}
+            return {f"flows_{k}": [a + b for a, b in of] for k, of in sums.items()}
+        return {f"flows_{k:+d}": tracks for k, tracks in off.items()}
+    if problem.drive.imposed:
+        return {}
+    # as measured: the model's own rates are wrong where a cause is missing
+    calm = [moving_mean(problem.log[c], CALMED) for c in problem.channels]
+    rates = [problem.row * np.gradient(x, problem.log["time_s"]) for x in calm]
+    kinds = {"late_flows": FLOWS, "late_accel": ("accel_x_mps2", "accel_y_mps2")}
+    return {
+        kind: [-x * (c in those) for c, x in zip(problem.channels, rates, strict=True)]
+        for kind, those in kinds.items()
+        if set(those) & set(problem.channels)
+    }
+
+
+def shifted(x: Array, rows: int) -> Array:
+    """Return a channel (n,) as it is so many rows later; its ends go on."""
+    n = len(x)
+    return x[np.clip(np.arange(n) + rows, 0, n - 1)]
+
+
+def scaled_of(problem: Problem) -> dict[str, list[Array]]:
+    """What a sensor that reads too much does to each channel, per unit, by column.
+
+    An inertial sensor does it to what it reads. An inverter works its torque out, from
+    currents and a map: it is what an imposed drive takes its power from, too; in a
+    commanded one the current is measured. An altimeter makes the slopes of the road:
+    one that shows climbs where there are none reads too much by 1.
+    """
+    nominal, channels = problem.nominal, problem.channels
+    found = {}
+    for column in (c for c in channels if c in INERTIAL):
+        found[column] = [nominal[c] * (c == column) for c in channels]
+
+    if problem.drive.imposed and TORQUE in channels:
+        told = per_little(problem, problem.by_true_torque(A_LITTLE).predict({}))
+        told[channels.index(TORQUE)] = nominal[TORQUE]
+        found[TORQUE] = told
+    _, slope = problem.drive.road
+    if problem.surveyed and slope.any():
+        felt = problem.by_felt_road(A_LITTLE).predict({})
+        found[ALTIMETER] = per_little(problem, felt)
+    return found
+
+
+def per_little(problem: Problem, out: Mapping[str, Array]) -> list[Array]:
+    """Return what ``A_LITTLE`` more of something does to each channel, per unit."""
+    return [(out[c] - problem.nominal[c]) / A_LITTLE for c in problem.channels]

@@ -1,0 +1,1 @@
+"""The competition: null, single effects, sets of effects and profiles."""

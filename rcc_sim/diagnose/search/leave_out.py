@@ -1,0 +1,71 @@
+"""Causes that are left out once all are known: others do as well without them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from rcc_sim.diagnose.causes.cause import ENOUGH, Cause
+from rcc_sim.diagnose.causes.profile import with_acting
+from rcc_sim.diagnose.fitting import descent
+from rcc_sim.diagnose.fitting.engine import Engine
+from rcc_sim.diagnose.fitting.fit import Fit
+from rcc_sim.diagnose.profiles.varying import enough_of
+from rcc_sim.diagnose.search.refine import Refined
+from rcc_sim.diagnose.search.winner import cause_of
+
+
+def without_outdone(
+    engine: Engine, causes: list[Cause], fit: Fit
+) -> tuple[Engine, list[Cause], Fit]:
+    """Drop each profile without which the others, fitted anew, do as well.
+
+    It was taken in before them, and may have stood for what they are. By the noise that
+    all of them leave: one that is learnt anew may take a load for its own.
+    """
+    for cause in [c for c in causes if c.profiles]:
+        if len(causes) < 2:
+            break
+        less = {i: p.reversed for i, p in cause.profiles.items()}
+        bare = with_acting(engine, less)
+        others = descent.under_its_noise(bare, fit)
+        if others is None:
+            continue
+        if fit.score - others.score < min(map(enough_of, cause.profiles.values())):
+            causes = [c for c in causes if c is not cause]
+            engine, fit = bare, descent.fit(bare, others.values, fit.knobs)
+    return engine, causes, fit
+
+
+def without_idle(
+    engine: Engine, causes: list[Cause], fit: Fit
+) -> tuple[list[Cause], Fit]:
+    """Drop each cause without which the others, fitted anew, do as well."""
+    for cause in [c for c in causes if not c.profiles]:
+        if len(causes) < 2:
+            break
+        less = descent.under_its_noise(engine, fit.without(cause.keys))
+        if less is None:
+            continue
+        eased = max(fit.prior - less.prior, 0.0)
+        if fit.score - less.score + eased < ENOUGH:
+            causes = [c for c in causes if c is not cause]
+            fit = descent.fit(engine, less.values, less.knobs, less.noise)
+    return causes, fit
+
+
+def one_alone(
+    engine: Engine, causes: list[Cause], fit: Fit, close: Sequence[Refined]
+) -> tuple[list[Cause], Fit]:
+    """Return one cause in the place of several if it does as well alone.
+
+    What came first by a nat may need a second to do what its twin does by itself.
+    """
+    if len(causes) < 2 or any(c.profiles for c in causes):
+        return causes, fit
+    taken = {c.effect for c in causes}
+    for one in (r for r in close if r.screened.candidate.effect not in taken):
+        alone = descent.fit(engine, one.fit.values, one.fit.knobs, one.fit.noise)
+        if alone.score > fit.score - ENOUGH * (len(causes) - 1):
+            return [cause_of(engine, replace(one, fit=alone), alone.noise)], alone
+    return causes, fit

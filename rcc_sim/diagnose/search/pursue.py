@@ -1,0 +1,90 @@
+"""One candidate, followed as far as it gains, every other figure giving way."""
+
+from __future__ import annotations
+
+from math import inf
+
+from rcc_sim.diagnose.causes.cause import TIED
+from rcc_sim.diagnose.fitting import descent
+from rcc_sim.diagnose.fitting.descent import LEAPS, MUCH, SETTLED
+from rcc_sim.diagnose.fitting.engine import Engine
+from rcc_sim.diagnose.fitting.fit import Fit, Tangent
+from rcc_sim.diagnose.fitting.knobs import Knob
+from rcc_sim.diagnose.noise.whitener import Whitener
+from rcc_sim.diagnose.search.screen import Screened
+
+STEPS, ANEW = 6, 4
+"""Steps of a candidate along the signals of the base, and rounds with signals found
+anew where it has not settled by then."""
+
+
+def with_effect(
+    engine: Engine,
+    base: Fit,
+    screened: Screened,
+    noise: list[Whitener],
+    along: Tangent,
+    *,
+    patient: bool = True,
+) -> Fit | None:
+    """Refine one candidate under given noise, the knobs of the base giving way.
+
+    None where no vehicle can have such a strength. Unless it is ``patient``, what
+    gained less than its signals promised is left there.
+    """
+    mine = effect_knobs(screened)
+    keys = {k.key for k in mine}
+    gone = [i for i, k in enumerate(base.knobs) if k.key in keys]
+    knobs = [k for k in base.knobs if k.key not in keys] + mine
+    start = engine.attempt(base.values | screened.values, knobs, noise)
+    kept = along.but(gone)
+    return start and pursued(engine, start, keys, kept, patient=patient)
+
+
+def pursued(
+    engine: Engine,
+    start: Fit,
+    keys: set[str],
+    kept: Tangent,
+    enough: float = inf,
+    *,
+    patient: bool = True,
+) -> Fit:
+    """Refine the figures of a candidate further, the others along ``kept`` signals.
+
+    It ends where the score is enough.
+    """
+    now, bent = start, False
+    for _ in range(STEPS):
+        mine = [k for k in now.knobs if k.key in keys]
+        own = engine.tangent(now.values, mine, now.noise)
+        new, promised = descent.advance(engine, now, kept + own, SETTLED)
+        gain, now = new.score - now.score, new
+        if now.score >= enough:
+            return now
+        bent |= patient and gain < min(MUCH * promised, promised - TIED)
+        if gain < SETTLED:
+            if not (bent or any(k.by_factor or k.is_stepped for k in mine)):
+                return now
+            break
+    # so far off that the others' signals have bent, or grown by a factor
+    now = descent.improve(engine, now, rounds=ANEW, least=SETTLED)
+    for _ in range(LEAPS):  # what jumps and the others take turns
+        back = descent.over_steps(engine, now, [0.0], keys)
+        if back is now:
+            break
+        now = descent.improve(engine, back, rounds=ANEW, least=SETTLED)
+    return now
+
+
+def effect_knobs(screened: Screened) -> list[Knob]:
+    """The figures of a candidate, free to move from where the screen left them."""
+    knobs = []
+    for s in screened.candidate.searches:
+        if s.key not in screened.values or s.clocked:
+            continue
+        x = screened.values[s.key]
+        moved = abs(x - s.neutral) if s.neutral < inf else abs(x)
+        step = 0.02 * (moved or abs(s.first) or 1.0)
+        knobs.append(Knob(s.key, x, inf, s.low, s.high, step, s.acts))
+    return knobs
