@@ -38,7 +38,7 @@ from rcc_sim.analyse.gap_replays import Progress, Tolerances, predicted, toleran
 from rcc_sim.analyse.gap_stages import StageGap, stage_gaps, untorqued
 from rcc_sim.analyse.gap_windows import Window, windows
 from rcc_sim.analyse.heading import measured_turn, seen_heading, turn_at
-from rcc_sim.analyse.logcheck.finding import Finding
+from rcc_sim.analyse.logcheck.finding import COMMANDS, Finding
 from rcc_sim.analyse.logged import COMPARED, Logged
 from rcc_sim.analyse.sampled import drive_as_sampled
 from rcc_sim.definitions.vehicle import Vehicle
@@ -233,13 +233,19 @@ def _refuse_unusable(logged: Logged, vehicle: Vehicle) -> None:
     log = logged.log
     if not is_imposed(log, vehicle) or has(log, "speed_mps"):
         return
-    for finding in logged.findings:
-        if finding.channel == "speed_mps" and finding.severity == "error":
-            raise InputError(
-                f"{log.name}: speed_mps: {finding.what}",
-                "the motion has to drive the model, for the log holds no commands "
-                f"that {vehicle.name} obeys; {finding.mend}",
-            )
+    grave = [f for f in logged.findings if f.severity == "error"]
+    wrong = {f.channel: f for f in reversed(grave)}
+    if "speed_mps" in wrong:
+        lost = " and ".join(name for name in COMMANDS if name in wrong)
+        why = (
+            f"{lost} cannot be used either"
+            if lost
+            else f"the log holds no commands that {vehicle.name} obeys"
+        )
+        raise InputError(
+            f"{log.name}: speed_mps: {wrong['speed_mps'].what}",
+            f"the motion has to drive the model, for {why}; {wrong['speed_mps'].mend}",
+        )
 
 
 def _turning(log: Trace, vehicle: Vehicle) -> Trace:

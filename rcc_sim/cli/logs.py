@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import os
+import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from math import inf
 from pathlib import Path
@@ -109,15 +109,23 @@ def keep(read: Iterable[str | None], written: Mapping[str, Path | None]) -> None
         ends = ENDINGS.get(option, ())
         if ends and path.suffix.lower() not in ends:
             raise InputError(f"{option}: {path}: should end in {' or '.join(ends)}")
-        if not path.parent.is_dir():
-            raise InputError(
-                f"{option}: {path}: there is no folder {path.parent}", "make it first"
-            )
-        if not path.exists() and not os.access(path.parent, os.W_OK):
-            raise InputError(
-                f"{option}: {path}: the folder {path.parent} cannot be written to",
-                "name another",
-            )
+        if not path.exists():
+            _refuse_unwritable(option, path, path.parent)
+
+
+def _refuse_unwritable(option: str, path: Path, folder: Path) -> None:
+    """Raise if a folder takes no file, asked in the one sure way: by writing one."""
+    what, hint = f"{folder} is a file, not a folder", "name another folder"
+    if folder.is_dir():
+        try:
+            tempfile.TemporaryFile(dir=folder).close()
+        except OSError:
+            what, hint = f"the folder {folder} cannot be written to", "name another"
+        else:
+            return
+    elif not folder.exists():
+        what, hint = f"there is no folder {folder}", "make it first"
+    raise InputError(f"{option}: {path}: {what}", hint)
 
 
 def span_of(text: str | None) -> tuple[float, float]:

@@ -345,6 +345,18 @@ def test_a_log_that_nothing_drives_is_refused_with_what_it_should_hold(tmp_path)
         gap(open_log(path, vehicle), vehicle)
 
 
+def test_commands_in_a_wrong_unit_are_not_called_missing(tmp_path):
+    log = small_log(car(LOSSES)).columns
+    for name in ("speed_mps", "speed_ref_mps"):
+        log[name] = log[name] * 3.6
+    with open(tmp_path / "log.csv", "wb") as file:
+        write_trace(Trace(log), file)
+    there = open_log(tmp_path / "log.csv", car(LOSSES))
+    with pytest.raises(InputError, match="is in km/h") as caught:
+        gap(there, car(LOSSES))
+    assert "speed_ref_mps cannot be used either" in str(caught.value.hint)
+
+
 def test_a_throttle_does_not_drive_a_vehicle_in_speed_mode(tmp_path):
     t = np.arange(0, 10, 0.01)
     columns = {

@@ -1,5 +1,7 @@
 """What is read is never overwritten, and no log counts twice."""
 
+from pathlib import Path
+
 import pytest
 
 from rcc_sim.cli.logs import keep, once
@@ -29,7 +31,17 @@ def test_what_cannot_be_written_is_refused_before_the_work(tmp_path):
         keep([], {"--html": tmp_path})
     with pytest.raises(InputError, match=r"--output: .*: there is no folder .*none"):
         keep([], {"--output": tmp_path / "none" / "a.csv"})
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match=r"--html: .*: .*file is a file, not a folder"):
+        keep([], {"--html": tmp_path / "file" / "a.html"})
     keep([], {"--output": tmp_path / "a.csv"})
+    assert [p.name for p in tmp_path.iterdir()] == ["file"]
+
+
+@pytest.mark.skipif(not Path("/proc/self").is_dir(), reason="no /proc here")
+def test_a_folder_in_which_even_root_makes_no_file_is_refused():
+    with pytest.raises(InputError, match=r"--html: .*: the folder /proc cannot"):
+        keep([], {"--html": Path("/proc/a.html")})
 
 
 @pytest.mark.parametrize(

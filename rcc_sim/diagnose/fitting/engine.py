@@ -73,6 +73,7 @@ class Engine:
 
     def __init__(self, problems: Sequence[Problem]) -> None:
         self.problems = tuple(problems)
+        self.vehicle = problems[0].vehicle
         others = threads() - 1
         self.pool = ThreadPoolExecutor(others) if others else None
         self.tracks = [(i, c) for i, p in enumerate(problems) for c in p.channels]
@@ -100,6 +101,10 @@ class Engine:
                 counted = [(ok & at).sum() for at in (p.at_rest, ~p.at_rest)]
                 told = told and edges != [0] and min(counted) >= MIN_ROWS
                 self.stands.append(p.at_rest if told else None)
+
+    def stated(self, key: str) -> float:
+        """Return what the vehicle file says of a figure, or what it is without."""
+        return self.problems[0].stated(key)
 
     def residuals(self, values: dict[str, float], coarse: bool = False) -> list[Array]:
         """Measured minus predicted, a track each.

@@ -54,7 +54,7 @@ def in_gusts(engine: Engine, fit: Fit, cause: Cause) -> tuple[Engine, Fit, Cause
     drag area too large makes up for gusts that were smoothed.
     """
     key, along = PROFILES[WIND]
-    stated = engine.problems[0].stated(key)
+    stated = engine.stated(key)
     about = fit.holding(key)
     bounds = EFFECTS[WIND].param("speed_mps").bounds
     steady = Knob(key, stated, STEADY, *bounds, probe_size(engine, key))
@@ -92,7 +92,7 @@ def nats_of_gusts(engine: Engine, fit: Fit) -> float:
     It is what a hill is held against, and no remainder: as often as a hill, a rough
     road bends, too.
     """
-    vehicle = engine.problems[0].vehicle
+    vehicle = engine.vehicle
     if not (is_imposed(engine) and has_needs(vehicle, EFFECTS[WIND])):
         return 0.0
     key, along = PROFILES[WIND]

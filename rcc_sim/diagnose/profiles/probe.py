@@ -65,7 +65,7 @@ class Probe:
         self.engine, self.fit, self.key = engine, fit, key
         self._white: dict[int, Array] = {}
         self._without: dict[int, float] = {}
-        base = fit.values.get(key, engine.problems[0].stated(key))
+        base = fit.values.get(key, engine.stated(key))
         start = engine.residuals(fit.values, coarse=True)
         knob = Knob(key, base, inf, *bounds_of(engine.problems[0], key))
         size, moved = engine.aside(fit.values | {key: base}, knob, size)

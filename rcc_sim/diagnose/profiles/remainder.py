@@ -262,7 +262,7 @@ def inexactness(engine: Engine, fit: Fit) -> Array:
 
 def carrier_of(engine: Engine, fit: Fit, name: str) -> str:
     """Return the figure by which the model acts in one of the ``CARRIERS``."""
-    known = {**engine.problems[0].vehicle.figures(), **fit.values}
+    known = {**engine.vehicle.figures(), **fit.values}
     tables = {key.rpartition(".")[0] for key in known}
     keys = CARRIERS[name]
     return next((k for k in keys[1:] if k.rpartition(".")[0] in tables), keys[0])
@@ -280,7 +280,7 @@ def changing(engine: Engine, fit: Fit, name: str, knob: Knob) -> list[Remainder]
     A sensor's not with the steering: an offset that follows the steering is a gain.
     """
     probe = Probe(engine, fit, knob.key, knob.inward(fit.values[knob.key]))
-    sensor = engine.problems[0].vehicle.known[name].sensor
+    sensor = engine.vehicle.known[name].sensor
     follows = {x: n for x, n in CHANGES.items() if not (sensor and x == STEERING)}
     found = [likeliest_of(probe, name, {x: n}) for x, n in follows.items()]
     # in a bend, or just after braking, no torque is told well: that has to be real

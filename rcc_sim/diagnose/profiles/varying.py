@@ -168,7 +168,7 @@ def every_count(problem: Problem) -> tuple[int, ...]:
 
 def is_stated(engine: Engine, cause: Cause) -> bool:
     """Tell whether profiles stay within what the file's sd of their figure allows."""
-    figure = engine.problems[0].vehicle.figures().get(cause.keys[0])
+    figure = engine.vehicle.figures().get(cause.keys[0])
     size = max(p.rms for p in cause.profiles.values())
     return figure is not None and size < TOO_FAR * figure.tolerance
 
@@ -200,7 +200,7 @@ def with_profile(engine: Engine, fit: Fit, cause: Cause) -> tuple[Engine, Fit, C
         found[i] = probe.sharper(profile, i, x, every_count(problem))
     values = dict(about.values)
     if about is not fit:
-        level = values.pop(key) - engine.problems[0].stated(key)
+        level = values.pop(key) - engine.stated(key)
         found = {i: p.raised(level) for i, p in found.items()}
     start, profiles = engine, dict[int, Profile]()
     for _ in range(SHARPENED):
@@ -227,7 +227,7 @@ def levelled(
     a load is small, nor that it is the same in two logs. ``engine`` is the one on which
     no profile acts.
     """
-    level, size = engine.problems[0].stated(key), probe_size(engine, key)
+    level, size = engine.stated(key), probe_size(engine, key)
     low, high = possible_loads(key)
     means = {
         i: Knob(own_key(i, key), level + p.mean, inf, low, high, size)
@@ -255,7 +255,7 @@ def cut(
     is off. ``start`` is the engine on which no profile acts.
     """
     key = cause.keys[0]
-    low, high = (bound - start.problems[0].stated(key) for bound in possible_loads(key))
+    low, high = (bound - start.stated(key) for bound in possible_loads(key))
     possible, beyond = {}, {}
     for i, profile in cause.profiles.items():
         possible[i], beyond[i] = profile.cut_to(low, high)
