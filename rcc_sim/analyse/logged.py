@@ -242,7 +242,7 @@ def _refuse_time(findings: Sequence[Finding], name: str) -> None:
     for finding in findings:
         if finding.channel == "time_s" and finding.severity == "error":
             at = f" ({finding.where})" if finding.where else ""
-            raise InputError(f"{name}: time_s: {finding.what}{at}", finding.action)
+            raise InputError(f"{name}: time_s: {finding.what}{at}", finding.mend)
 
 
 def _refuse(log: Trace, findings: Sequence[Finding]) -> None:

@@ -38,6 +38,7 @@ MEASURED = (*dict.fromkeys((*KINEMATIC, *INERTIAL, *ELECTRICAL)),)
 
 USED = "used as it is"
 DROPPED = "gap and diagnose leave the channel out"
+UNUSED = "not used"
 
 TURNS, TWICE = 0.25, 0.02
 """Shares of rows at which noise turns at least, and turns again at once: noise behind a
@@ -88,7 +89,7 @@ class Finding:
     @property
     def mend(self) -> str:
         """What would mend it, where the channel cannot be left out."""
-        return self.action.removeprefix(f"{DROPPED}; ")
+        return self.action.removeprefix(f"{DROPPED}; ").removeprefix(f"{UNUSED}; ")
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.analyse.logcheck.finding import (
+    UNUSED,
     Array,
     Finding,
     Mask,
@@ -121,12 +122,13 @@ def _backwards(time: Array, rows: NDArray[np.intp], out: NDArray[np.intp]) -> Fi
         what += f"; {len(out)} rows do not fit an increasing time"
         return _dropped("backwards", what, time, out)
     if wraps:
-        action = "not used; add a day to the stamps from there on"
+        mend = "add a day to the stamps from there on"
     elif len(anew) <= MANY_DRIVES:
-        action = "not used; cut the file there: each drive in a file of its own"
+        mend = "cut the file there: each drive in a file of its own"
     else:
-        action = "not used; put the rows in the order in which they were measured"
+        mend = "put the rows in the order in which they were measured"
     place = f"row {', '.join(str(row + 1) for row in anew[:MANY_DRIVES])}"
+    action = f"{UNUSED}; {mend}"
     return Finding("backwards", "time_s", what, place, action=action, severity="error")
 
 
