@@ -11,6 +11,7 @@ from rcc_sim.diagnose.causes.cause import Cause
 from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.knobs import Knob, nuisance_knobs
+from rcc_sim.diagnose.fitting.without import without
 from rcc_sim.diagnose.judge.ties import (
     Rival,
     apart,
@@ -19,7 +20,6 @@ from rcc_sim.diagnose.judge.ties import (
     rivals_of,
     settled,
     with_ties,
-    without,
 )
 from rcc_sim.diagnose.noise.whitener import CURVATURE
 from rcc_sim.diagnose.residuals.posed import problem_of

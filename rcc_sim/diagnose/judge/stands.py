@@ -13,6 +13,7 @@ from rcc_sim.diagnose.causes.sums import with_all_figures
 from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
+from rcc_sim.diagnose.fitting.without import without
 from rcc_sim.diagnose.judge.ties import Rival, settled
 from rcc_sim.diagnose.judge.verdict import may_be_nil
 from rcc_sim.diagnose.profiles.remainder import (
@@ -190,8 +191,7 @@ def nats_beside(engine: Engine, cause: Cause, left: Remainder, fit: Fit) -> floa
     With s the scores by the noise that the cause leaves, and u the nats of what is left
     in its tracks: (s + u) - (s' + u'), the dashed ones without it.
     """
-    bare = fit.without(cause.keys)
-    less = engine.at(bare, bare.values)
+    less = without(engine, fit, cause.keys)
     if less is None:
         return inf
     less = descent.improved(engine, less, descent.ROUNDS)

@@ -33,7 +33,7 @@ from rcc_sim.diagnose.causes.cause import TIED, Cause
 from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import MEMORY, Engine
 from rcc_sim.diagnose.fitting.fit import FIRM, Fit, of_unit_diagonal
-from rcc_sim.diagnose.fitting.knobs import nuisance_knobs
+from rcc_sim.diagnose.fitting.without import without
 from rcc_sim.diagnose.noise.whitener import CURVATURE, weights
 from rcc_sim.diagnose.search.pursue import with_effect
 from rcc_sim.diagnose.search.refine import LESS_LIKELY
@@ -284,24 +284,6 @@ def against(engine: Engine, fit: Fit, screened: Screened, other: Fit) -> Rival:
             other, behind = on, fit.score - on.score
             far = apart(engine, fit, other)
     return Rival(screened, other, behind, scatter(engine, fit, other), far)
-
-
-def without(engine: Engine, fit: Fit, keys: Sequence[str]) -> Fit | None:
-    """Return a fit with some figures back at what the file states, the rest held.
-
-    A figure that the file states with a tolerance keeps that tolerance. None where no
-    vehicle can have the rest without them.
-    """
-    stated = {k.key: k for k in nuisance_knobs(engine.problems)}
-    kept = [
-        (j, stated[k.key] if k.key in keys else k)
-        for j, k in zip(fit.signals, fit.knobs, strict=True)
-        if k.key not in keys or k.key in stated
-    ]
-    values = {k: x for k, x in fit.values.items() if k not in keys}
-    values |= {k: stated[k].value for k in keys if k in stated}
-    base = engine.attempt(values, [k for _, k in kept], fit.noise)
-    return base and replace(base, signals=[j for j, _ in kept])
 
 
 def promise(screen: Screen, values: dict[str, float]) -> float:

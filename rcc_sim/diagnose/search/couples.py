@@ -18,6 +18,7 @@ from rcc_sim.diagnose.causes.cause import ENOUGH
 from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
+from rcc_sim.diagnose.fitting.without import refitted_without
 from rcc_sim.diagnose.search.pursue import effect_knobs
 from rcc_sim.diagnose.search.refine import Refined, handicap
 from rcc_sim.diagnose.search.screen import Screened
@@ -56,7 +57,7 @@ def coupled(engine: Engine, base: Fit, found: Sequence[Screened]) -> list[Refine
     now = descent.fit(engine, now.values, now.knobs, base.noise)
     refined = []
     for one in two:
-        less = descent.under_its_noise(engine, now.without(list(one.values)))
+        less = refitted_without(engine, now, one.values)
         if less is None:
             return []
         gain = now.score - less.score - handicap(one, now.values)

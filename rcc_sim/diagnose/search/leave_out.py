@@ -10,6 +10,7 @@ from rcc_sim.diagnose.causes.profile import with_acting
 from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
+from rcc_sim.diagnose.fitting.without import refitted_without
 from rcc_sim.diagnose.profiles.varying import enough_of
 from rcc_sim.diagnose.search.refine import Refined
 from rcc_sim.diagnose.search.winner import cause_of
@@ -44,7 +45,7 @@ def without_idle(
     for cause in [c for c in causes if not c.profiles]:
         if len(causes) < 2:
             break
-        less = descent.under_its_noise(engine, fit.without(cause.keys))
+        less = refitted_without(engine, fit, cause.keys)
         if less is None:
             continue
         eased = max(fit.prior - less.prior, 0.0)
