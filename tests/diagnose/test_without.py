@@ -1,9 +1,12 @@
 """What a vehicle's file states with a tolerance is no cause within it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose.causes.candidates import Candidate, Search
 from rcc_sim.diagnose.causes.cause import Cause
 from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
@@ -11,6 +14,9 @@ from rcc_sim.diagnose.fitting.knobs import Knob, nuisance_knobs
 from rcc_sim.diagnose.fitting.without import refitted_without, without
 from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.search.leave_out import without_idle
+from rcc_sim.diagnose.search.look import come_to_rest
+from rcc_sim.diagnose.search.refine import Refined
+from rcc_sim.diagnose.search.screen import Screened
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import replay
 from rcc_sim.trace import Trace
@@ -83,3 +89,37 @@ def test_a_cause_is_idle_while_the_tolerance_of_its_figure_would_do(sds, stays):
         set() if stays else {"steering_offset"}
     )
     assert now.values[OFFSET] == pytest.approx(true[OFFSET], rel=0.05)
+
+
+def followed(engine, base, key, start):
+    """A candidate with one figure, refined beside the base, all others giving way."""
+    free = Knob(key, start, low=0.0, step=0.02 * start)
+    fit = descent.fit(
+        engine, base.values | {key: start}, [*base.knobs, free], base.noise
+    )
+    gain = engine.judged(fit, base.noise).score - base.score
+    search = Search(key, 0.0, 0.0, 1.0, start, most=1.0)
+    one = Screened(Candidate(key.split(".")[1], (search,)), gain, {key: start})
+    return Refined(one, fit, gain, gain)
+
+
+@pytest.mark.parametrize("acts", [False, True])
+def test_what_others_gain_that_had_not_come_to_rest_is_no_candidates(acts):
+    """The trim is 2.2 sds off: beside a fit that holds it at nil, a drag of next to
+    nothing gains what the trim does; a drag that acts gains enough beyond that.
+    """
+    engine = engine_of({OFFSET: 2.2 * SD, ROLLS: 0.03 * acts})
+    stated = nuisance_knobs(engine.problems)
+    rest = descent.fit(engine, {}, stated)
+    early = engine.judged(
+        engine.evaluate(rest.values | {OFFSET: 0.0}, stated), rest.noise
+    )
+    early = replace(early, signals=rest.signals)
+    best = followed(engine, early, ROLLS, 0.03 if acts else 1e-4)
+    assert best.gain > 500
+    after = come_to_rest(engine, early, best)
+    assert (after is None) == acts
+    if after is not None:
+        assert after.score == pytest.approx(rest.score, abs=3.0)
+        assert after.values[OFFSET] == pytest.approx(2.2 * SD, rel=0.05)
+    assert come_to_rest(engine, rest, followed(engine, rest, ROLLS, 0.02)) is None

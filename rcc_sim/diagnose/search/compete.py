@@ -121,6 +121,8 @@ def compete(
     if late:
         current, causes = late.fit, [cause_of(engine, late, late.fit.noise)]
     look = looked(engine, current, candidates, causes, told)
+    current = look.fit
+    null = null if causes else current
     ranking |= look.alone
     for _ in range(TURNS):
         if len(causes) >= SOME and (
@@ -129,6 +131,7 @@ def compete(
             break
         if look.fit is not current:  # a profile that did not stand has changed nothing
             look = looked(engine, current, candidates, causes, told)
+            current = look.fit
         if not causes:
             ranking |= {r.screened.candidate.effect: r.gain for r in look.refined}
             close = look.close

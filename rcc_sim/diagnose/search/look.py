@@ -8,8 +8,10 @@ from dataclasses import dataclass, replace
 from rcc_sim.diagnose.causes.candidates import Candidate
 from rcc_sim.diagnose.causes.cause import ENOUGH, TIED, Cause
 from rcc_sim.diagnose.causes.detect import least_seen, shows_likely
+from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
+from rcc_sim.diagnose.fitting.without import refitted_without
 from rcc_sim.diagnose.profiles.gusts import OF_THE_AIR, WIND
 from rcc_sim.diagnose.search.refine import Refined, contenders
 from rcc_sim.diagnose.search.screen import Screened
@@ -24,7 +26,7 @@ class Look:
     Parameters
     ----------
     fit : Fit
-        Tolerances, and the causes so far.
+        Tolerances, and the causes so far, as far down as was seen.
     found : list of (Screened, Fit)
         All candidates, best first, each with where to refine it from.
     refined : list of Refined
@@ -69,15 +71,38 @@ def looked(
     candidates: Sequence[Candidate],
     causes: Sequence[Cause],
     told: Callable[[str], None],
+    *,
+    settled: bool = False,
 ) -> Look:
-    """Screen what may be a cause beside some others, and refine what is worth it."""
+    """Screen what may be a cause beside some others, and refine what is worth it.
+
+    Once more, where what came out best owes it to a fit that had not ``settled``.
+    """
     told(f"screening for cause {len(causes) + 1}")
     found = screened(engine, fit, free_of(candidates, causes))
     told(f"refining cause {len(causes) + 1}")
     refined = contenders(engine, fit, found, ENOUGH)
     best = next((r for r in refined if r.reaches(ENOUGH)), None)
+    rest = None if settled or best is None else come_to_rest(engine, fit, best)
+    if rest:
+        return looked(engine, rest, candidates, causes, told, settled=True)
     one = cause_of(engine, best, fit.noise) if best else None
     return Look(fit, found, refined, best, one)
+
+
+def come_to_rest(engine: Engine, fit: Fit, best: Refined) -> Fit | None:
+    """Return the fit further down, where a candidate does not gain enough beyond that.
+
+    Who follows a candidate moves every other figure as well: what they gain where they
+    had not come to rest counts for the candidate, whichever it is.
+    """
+    others = refitted_without(engine, best.fit, best.screened.values)
+    if others is None:
+        return None
+    gained = engine.judged(others, fit.noise).score - fit.score
+    if gained < TIED or best.reaches(ENOUGH + gained):
+        return None
+    return descent.fit(engine, others.values, others.knobs, fit.noise)
 
 
 def free_of(
