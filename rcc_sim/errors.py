@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import math
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 
 LONGEST = 20.0
 """Longest length that a bench test of a vehicle has. [m]"""
@@ -25,6 +27,21 @@ class RccError(Exception):
     def __init__(self, message: str, hint: str = "") -> None:
         super().__init__(message)
         self.hint = hint
+
+
+def not_written(
+    path: Path, error: OSError, full: str = "nothing was written"
+) -> InputError:
+    """Return the error of a file that the system did not let be written.
+
+    ``full`` is what to say where there is no room for it.
+    """
+    hint = {
+        errno.ENOENT: f"there is no folder {path.parent}",
+        errno.ENOSPC: f"the disk is full; {full}",
+    }.get(error.errno or 0, "")
+    reason = error.strerror or error
+    return InputError(f"{path}: cannot be written: {reason}", hint)
 
 
 def did_you_mean(name: str, known: Iterable[str], table: str = "") -> str:

@@ -233,8 +233,8 @@ def _refuse_unusable(logged: Logged, vehicle: Vehicle) -> None:
     log = logged.log
     if not is_imposed(log, vehicle) or has(log, "speed_mps"):
         return
-    grave = [f for f in logged.findings if f.severity == "error"]
-    wrong = {f.channel: f for f in reversed(grave)}
+    found = reversed(logged.findings)  # of several of a channel the first counts
+    wrong = {f.channel: f for f in found if f.severity == "error"}
     if "speed_mps" in wrong:
         lost = " and ".join(name for name in COMMANDS if name in wrong)
         why = (

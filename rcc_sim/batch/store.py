@@ -9,7 +9,6 @@ manifest; another plan in the same place is an error.
 from __future__ import annotations
 
 import contextlib
-import errno
 import json
 import os
 import shutil
@@ -19,7 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
-from rcc_sim.errors import InputError
+from rcc_sim.errors import InputError, not_written
 
 if TYPE_CHECKING:
     import pyarrow
@@ -337,12 +336,8 @@ def _explained(output: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        hint = {
-            errno.ENOENT: f"there is no folder {output.parent}",
-            errno.ENOSPC: "the disk is full; make room, and the same command goes on",
-        }.get(error.errno or 0, "")
-        reason = error.strerror or error
-        raise InputError(f"{output}: cannot be written: {reason}", hint) from None
+        more = "make room, and the same command goes on"
+        raise not_written(output, error, more) from None
 
 
 def _sync_folder(folder: Path) -> None:

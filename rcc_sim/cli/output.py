@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import csv as csv_format
-import errno
 import json as json_format
 import math
 import os
@@ -17,7 +16,7 @@ from typing import IO, TYPE_CHECKING, Annotated, Any, cast
 import typer
 
 from rcc_sim.cli.table import print_table
-from rcc_sim.errors import InputError
+from rcc_sim.errors import InputError, not_written
 from rcc_sim.report.text import printable as printable
 from rcc_sim.report.text import sparkline
 
@@ -240,11 +239,7 @@ def atomic(path: Path, mode: str = "w") -> Iterator[IO[Any]]:
     except OSError as error:
         if isinstance(error, BrokenPipeError):
             raise
-        hint = {
-            errno.ENOENT: f"there is no folder {folder}",
-            errno.ENOSPC: "the disk is full; nothing was written",
-        }.get(error.errno or 0, "")
-        raise InputError(f"{path}: cannot be written: {error.strerror}", hint) from None
+        raise not_written(path, error) from None
     finally:
         if temporary is not None:
             with contextlib.suppress(OSError):

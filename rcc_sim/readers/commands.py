@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import errno
 import os
 import tempfile
 from collections.abc import Iterator
@@ -13,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rcc_sim.errors import InputError
+from rcc_sim.errors import InputError, not_written
 from rcc_sim.readers.car import Car, ratios
 from rcc_sim.readers.extras import library
 from rcc_sim.readers.log import Array
@@ -161,11 +160,7 @@ def _replacing(path: Path) -> Iterator[Path]:
             yield Path(name)
             os.replace(Path(name, "done"), path)
     except OSError as error:
-        hint = {
-            errno.ENOENT: f"there is no folder {path.parent}",
-            errno.ENOSPC: "the disk is full; nothing was written",
-        }.get(error.errno or 0, "")
-        raise InputError(f"{path}: cannot be written: {error.strerror}", hint) from None
+        raise not_written(path, error) from None
 
 
 def _array(name: str, values: ArrayLike) -> Array:

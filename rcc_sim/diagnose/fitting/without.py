@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import replace
 
 from rcc_sim.diagnose.fitting.descent import under_its_noise
 from rcc_sim.diagnose.fitting.engine import Engine
@@ -17,16 +16,9 @@ def without(engine: Engine, fit: Fit, keys: Collection[str]) -> Fit | None:
     A figure that the file states with a tolerance keeps that tolerance. None where no
     vehicle can have the rest without them.
     """
-    stated = {k.key: k for k in nuisance_knobs(engine.problems)}
-    kept = [
-        (j, stated[k.key] if k.key in keys else k)
-        for j, k in zip(fit.signals, fit.knobs, strict=True)
-        if k.key not in keys or k.key in stated
-    ]
-    values = {k: x for k, x in fit.values.items() if k not in keys}
-    values |= {k: stated[k].value for k in keys if k in stated}
-    base = engine.attempt(values, [k for _, k in kept], fit.noise)
-    return base and replace(base, signals=[j for j, _ in kept])
+    bare = _less(engine, fit, keys)
+    back = {k.key: k.value for k in bare.knobs if k.key in keys}
+    return engine.at(bare, bare.values | back)
 
 
 def refitted_without(engine: Engine, fit: Fit, keys: Collection[str]) -> Fit | None:
@@ -35,8 +27,27 @@ def refitted_without(engine: Engine, fit: Fit, keys: Collection[str]) -> Fit | N
     What the file states with a tolerance begins where it was found: if it may well be
     there, nothing has to take its place.
     """
-    base = without(engine, fit, keys)
-    if base is None:
-        return None
-    found = {k.key: fit.values[k.key] for k in base.knobs}
-    return under_its_noise(engine, replace(base, values=base.values | found))
+    return under_its_noise(engine, _less(engine, fit, keys))
+
+
+def _less(engine: Engine, fit: Fit, keys: Collection[str]) -> Fit:
+    """Return a fit, not judged yet, that knows of some figures what the file states.
+
+    Those with a tolerance are where they were found; the others are as in the file.
+    """
+    stated = {k.key: k for k in nuisance_knobs(engine.problems) if k.key in keys}
+    kept = [
+        (j, stated.get(k.key, k))
+        for j, k in zip(fit.signals, fit.knobs, strict=True)
+        if k.key not in keys or k.key in stated
+    ]
+    free = {k.key for _, k in kept}
+    return Fit(
+        {k: x for k, x in fit.values.items() if k not in keys or k in free},
+        tuple(k for _, k in kept),
+        fit.loglik,
+        fit.prior,
+        fit.noise,
+        fit.residuals,
+        signals=[j for j, _ in kept],
+    )
