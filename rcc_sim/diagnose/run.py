@@ -27,6 +27,7 @@ from rcc_sim.diagnose.fitting.pulls import moved, moved_together
 from rcc_sim.diagnose.fitting.tips import no_surer
 from rcc_sim.diagnose.judge.apart_from_nil import apart_from_nil
 from rcc_sim.diagnose.judge.misread import findings_of
+from rcc_sim.diagnose.judge.restless import is_doubtful, restless
 from rcc_sim.diagnose.judge.stands import only, what_stands
 from rcc_sim.diagnose.judge.verdict import (
     DOUBTLESS,
@@ -136,13 +137,9 @@ def diagnose(
         proved = proven(stands.engine, fit=stands.fit, level={})
     acting, causes, left = stands.engine, stands.causes, stands.left
     wanders = {r.log: r.heights for r in left.rivals if r.heights} | felt.wanders
-    gaps = tuple(
-        replace(
-            g,
-            findings=g.findings + findings_of(acting, stands.fit, i, wanders, causes),
-        )
-        for i, g in enumerate(gaps)
-    )
+    loose = restless(acting, stands.fit, found.null)
+    said = partial(findings_of, acting, stands.fit, wanders, causes, loose)
+    gaps = tuple(replace(g, findings=g.findings + said(i)) for i, g in enumerate(gaps))
     fit = no_surer(acting, stands.fit, {k for c in causes for k in c.keys})
     pulls = map(abs, moved(fit, stated).values())
     farthest = max([moved_together(fit, stated), *pulls])
@@ -151,7 +148,7 @@ def diagnose(
     # what was found beside a stronger cause that ends is no surer than that
     early = [*accumulate((ends_early(c, fit, vehicle.known) for c in causes), or_)]
     chances = [
-        probability(c, left, farthest, ends=end)
+        probability(c, left, farthest, doubtful=end or is_doubtful(c, loose))
         for c, end in zip(causes, early, strict=True)
     ]
     row = size_of(engine.problems[0], "row")

@@ -31,7 +31,7 @@ AS_A_DRAG = {
 
 CONTRADICTED = (
     *("misread", "late", "wander", "may_wander", "disagrees"),
-    "opposed",
+    *("opposed", "restless"),
     *("no_bends", "not_judged"),
 )
 """Kinds of findings that a fit has about a log."""

@@ -189,7 +189,7 @@ def test_a_cause_that_needs_another_vehicle_is_an_even_chance_at_most():
     cause = Cause("payload", ("effects.payload.mass_kg",), 300.0)
     assert probability(cause, NOTHING, 9.0) == SUREST
     assert probability(cause, NOTHING, 15.5) == EVEN
-    assert probability(cause, NOTHING, ends=True) == EVEN
+    assert probability(cause, NOTHING, doubtful=True) == EVEN
 
 
 @pytest.mark.parametrize(

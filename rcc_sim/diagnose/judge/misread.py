@@ -11,6 +11,7 @@ from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.fitting.knobs import BIAS, delay_knobs, scale_key
 from rcc_sim.diagnose.judge.direct import FELT, disagreeing
+from rcc_sim.diagnose.judge.restless import Mask, wandering_beside
 from rcc_sim.diagnose.judge.verdict import TOLERATED
 from rcc_sim.diagnose.profiles.altimeter import Wander
 from rcc_sim.diagnose.residuals.lateness import battery_channel
@@ -66,9 +67,10 @@ TELLS = {
 def findings_of(
     engine: Engine,
     fit: Fit,
-    log: int,
     wanders: Mapping[int, Wander],
     causes: Sequence[Cause],
+    loose: Mask,
+    log: int,
 ) -> tuple[Finding, ...]:
     """Return what to say of a log once it is explained.
 
@@ -76,12 +78,14 @@ def findings_of(
     ----------
     engine, fit : Engine, Fit
         The logs, and tolerances and causes.
-    log : int
-        Which of them.
     wanders : mapping
         Log -> by how much its heights were off, where they were or may be.
     causes : sequence of Cause
         What stands.
+    loose : ndarray of bool
+        Tracks of which what is left wanders.
+    log : int
+        Which of the logs.
     """
     problem = engine.problems[log]
     return (
@@ -89,6 +93,7 @@ def findings_of(
         *behind(fit, problem),
         *wandering(wanders, log, accelerometer=FELT in problem.channels),
         *disagreeing(engine, fit, log),
+        *wandering_beside(engine, causes, loose, log),
         *without_bends(problem, causes),
         *unjudged(problem, causes),
     )

@@ -192,13 +192,13 @@ def ends_early(cause: Cause, fit: Fit, known: Mapping[str, Effect]) -> bool:
 
 
 def probability(
-    cause: Cause, left: Remainder, farthest: float = 0.0, *, ends: bool = False
+    cause: Cause, left: Remainder, farthest: float = 0.0, *, doubtful: bool = False
 ) -> float:
     """Return the probability that a cause, or one tied with it, acts.
 
-    An even chance at most where it, or a stronger one, ``ends`` as its search does, or
-    beside stated figures that are ``farthest`` off by as many sds as another vehicle's:
-    one of them stands for what is not known.
+    An even chance at most where it is ``doubtful``, as where it ends as its search
+    does, or beside stated figures that are ``farthest`` off by as many sds as another
+    vehicle's: one of them stands for what is not known.
     """
     margin = min(cause.gain - 0.5 * ENOUGH, cause.gain - cause.rival)
     if abs(margin) < EQUAL:
@@ -208,7 +208,7 @@ def probability(
         chance = max(chance, EVEN)
     if left.is_real:
         chance *= cause.gain / (cause.gain + left.against(cause.effect, cause.shares))
-    most = EVEN if ends or farthest > ANOTHER_VEHICLE else SUREST
+    most = EVEN if doubtful or farthest > ANOTHER_VEHICLE else SUREST
     return min(max(chance, LEAST_SURE), most)
 
 

@@ -1,0 +1,94 @@
+"""Channels of which what is left wanders, though a cause should have explained it.
+
+A noise that remembers takes whatever comes slowly: the force of a rough road, and what
+the library does not hold. Where most of what tells a cause lies in channels of which as
+much still comes and goes, it may stand for something unknown.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rcc_sim.analyse.logcheck.finding import Finding
+from rcc_sim.diagnose.causes.cause import Cause
+from rcc_sim.diagnose.fitting.engine import Engine
+from rcc_sim.diagnose.fitting.fit import Fit
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+WANDERS = 2.0
+"""Times its scatter from row to row from which on what is left of a channel wanders."""
+
+LATER, STILL = 0.5, 0.5
+"""Time [s], and share of what is left that is still there then: the noise that a sensor
+filters is not."""
+
+BESIDE = 0.1
+"""That share, of what the causes took out of the channel, below which it is an error of
+their size or course."""
+
+MOST = 0.5
+"""Share of a cause in such channels from which on it is doubtful."""
+
+
+def restless(engine: Engine, fit: Fit, null: Fit) -> Mask:
+    """Tell of each track whether what a fit leaves wanders.
+
+    With e what is left by the fit, e+ the same some time later, Δe its change from row
+    to row, and e' what is left by the tolerances alone, means over the rows that count:
+    e² > 4 (Δe)² / 2, e e+ > e² / 2 and e e+ > (e'² - e²) / 10.
+    """
+    found = np.zeros(len(engine.tracks), bool)
+    for i, (log, _) in enumerate(engine.tracks):
+        ok, e = engine.valid[i], fit.residuals[i]
+        later = max(round(LATER / engine.problems[log].row), 1)
+        power, before = _power(e, ok), _power(null.residuals[i], ok)
+        next_to, beyond = ok[1:] & ok[:-1], ok[later:] & ok[:-later]
+        if not (next_to.any() and beyond.any()):
+            continue
+        scatter = _power(np.diff(e), next_to) / 2
+        slow = float(np.mean(e[later:][beyond] * e[:-later][beyond]))
+        found[i] = (
+            power > WANDERS**2 * scatter
+            and slow > STILL * power
+            and slow > BESIDE * (before - power)
+        )
+    return found
+
+
+def _power(e: Array, ok: Mask) -> float:
+    """Mean square over the rows that count."""
+    return float(np.mean(e[ok] ** 2))
+
+
+def wandering_beside(
+    engine: Engine, causes: Sequence[Cause], loose: Mask, log: int
+) -> tuple[Finding, ...]:
+    """Return what to say of a log's channels that wander, where a cause is doubtful."""
+    doubtful = [c for c in causes if is_doubtful(c, loose)]
+    tracks = zip(engine.tracks, loose, strict=True)
+    first, *others = [c for (i, c), wanders in tracks if i == log and wanders] or [""]
+    if not (doubtful and first):
+        return ()
+    names = " or ".join(c.effect for c in doubtful)
+    also = f"; so does {' and '.join(others)}" if others else ""
+    return (
+        Finding(
+            "restless",
+            first,
+            f"comes and goes beside {names}, more than {WANDERS:g} times as far as it "
+            f"scatters from row to row{also}",
+            action="what acts now and then, and is not in the library, may have passed "
+            "for what acts all the time",
+            severity="warning",
+        ),
+    )
+
+
+def is_doubtful(cause: Cause, loose: Mask) -> bool:
+    """Tell whether a cause shows in channels that wander, most of all."""
+    return bool(len(cause.shares)) and float(cause.shares @ loose) > MOST
