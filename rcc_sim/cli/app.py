@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import os
+import signal
 import sys
 from contextlib import suppress
 from functools import cache
@@ -132,6 +133,14 @@ to go through them after every few hundred new ones took a tenth of a diagnosis.
 
 def main() -> NoReturn:
     """Run a command; a user's mistake is one line on stderr, never a traceback."""
+    asked: list[int] = []
+
+    def stop(signum: int, _: object) -> NoReturn:
+        asked.append(signum)
+        raise KeyboardInterrupt
+
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, stop)
     try:
         code = _run()
         sys.stdout.flush()
@@ -149,6 +158,11 @@ def main() -> NoReturn:
     except typer.Exit as leave:
         code = leave.exit_code
     except (KeyboardInterrupt, typer.Abort):
+        code = 130
+        say("interrupted")
+    except ImportError:
+        if not asked:  # a module in C says no more of what met it as it was loaded
+            raise
         code = 130
         say("interrupted")
     except BrokenPipeError:

@@ -19,7 +19,7 @@ from rcc_sim.analyse.logged import Logged
 from rcc_sim.analyse.offsets import OFFSETS
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.causes.candidates import candidates_for
-from rcc_sim.diagnose.causes.cause import Cause
+from rcc_sim.diagnose.causes.cause import Cause, left_by_stronger
 from rcc_sim.diagnose.diagnosis import Diagnosis
 from rcc_sim.diagnose.fitting.engine import MEMORY, Engine
 from rcc_sim.diagnose.fitting.fit import Fit
@@ -148,7 +148,13 @@ def diagnose(
     # what was found beside a stronger cause that ends is no surer than that
     early = [*accumulate((ends_early(c, fit, vehicle.known) for c in causes), or_)]
     chances = [
-        probability(c, left, farthest, doubtful=end or is_doubtful(c, loose))
+        probability(
+            c,
+            left,
+            farthest,
+            doubtful=end or is_doubtful(c, loose),
+            spared=left_by_stronger(c, causes),
+        )
         for c, end in zip(causes, early, strict=True)
     ]
     row = size_of(engine.problems[0], "row")

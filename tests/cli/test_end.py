@@ -41,3 +41,28 @@ def test_a_pipe_gets_all_of_a_long_table():
     fields = {line.count(",") for line in lines}
     assert len(lines) > 1000 and len(fields) == 1
     assert table.stdout.endswith("\n")
+
+
+LOADS = """
+import os, signal
+from rcc_sim.cli import app
+
+def loading():
+    try:
+        if {interrupted}:
+            os.kill(os.getpid(), signal.SIGINT)
+    except KeyboardInterrupt:
+        pass
+    raise ImportError("initialization failed")  # as CPython says of a module in C
+
+app._run = loading
+app.main()
+"""
+
+
+@pytest.mark.parametrize(("interrupted", "code"), [(True, 130), (False, 1)])
+def test_an_interrupt_that_meets_a_module_being_loaded_is_one(interrupted, code):
+    program = LOADS.format(interrupted=interrupted)
+    ended = subprocess.run([sys.executable, "-c", program], capture_output=True)
+    assert ended.returncode == code
+    assert (ended.stderr == b"interrupted\n") is interrupted

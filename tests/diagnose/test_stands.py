@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.causes.cause import ENOUGH, Cause
+from rcc_sim.diagnose.causes.cause import ENOUGH, Cause, left_by_stronger
 from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.knobs import Knob, nuisance_knobs
 from rcc_sim.diagnose.judge import stands
+from rcc_sim.diagnose.judge.verdict import probability
 from rcc_sim.diagnose.profiles.remainder import LATERAL_ENOUGH, Remainder, remainder
 from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.search.compete import Explanation
@@ -43,6 +44,31 @@ def test_what_is_real_withdraws_a_cause_that_is_not_needed_beside_it(
     cause = Cause("rear_cornering_stiffness", ("x",), gain, shares=np.ones(1))
     whole = replace(grip, rivals=(grip,))
     assert stands.outlives(None, cause, whole, None) is stays
+
+
+@pytest.mark.parametrize(
+    ("strong", "where", "stays"),
+    [
+        (5000.0, [1.0, 0.0], True),  # a play that is not quite as modelled leaves 65
+        (5000.0, [0.0, 1.0], False),  # but not elsewhere
+        (400.0, [1.0, 0.0], False),
+    ],
+)
+def test_what_a_stronger_cause_may_leave_does_not_speak_against_a_weaker(
+    monkeypatch, strong, where, stays
+):
+    monkeypatch.setattr(stands, "nats_beside", lambda *_: 91.0)
+    grip = Remainder(65.0, "grip", "time_s", [], shares=np.array([1.0, 0.0]))
+    left = replace(grip, rivals=(grip,))
+    play = Cause("steering_backlash", ("x",), strong / 5, shares=np.array(where))
+    play = replace(play, sharpened=5.0)
+    soft = Cause("front_cornering_stiffness", ("y",), 46.0, shares=grip.shares)
+    both = [play, soft]
+    assert left_by_stronger(play, both) == 0
+    assert stands.outlives(None, play, left, None, left_by_stronger(play, both))
+    spared = left_by_stronger(soft, both)
+    assert stands.outlives(None, soft, left, None, spared) is stays
+    assert (probability(soft, left, spared=spared) > 0.9) is stays
 
 
 @pytest.mark.parametrize(

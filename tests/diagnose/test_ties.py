@@ -17,6 +17,7 @@ from rcc_sim.diagnose.judge.ties import (
     apart,
     better,
     least_squares,
+    near,
     rivals_of,
     settled,
     with_ties,
@@ -148,6 +149,30 @@ def test_a_tie_is_near_here_or_would_be_near_in_any_such_log(
 def test_what_is_farther_from_a_cause_than_nothing_is_does_not_tie(apart, tied):
     one = Rival(None, None, 20.0, 18.0, apart, absent=30.0)  # type: ignore[arg-type]
     assert one.is_tied == tied
+
+
+def test_what_came_near_another_cause_is_tried_in_the_place_of_each():
+    """Of three of which any two do as well, the third came near the second alone."""
+    gained = {"friction_brake": 238.0, "gear_loss": 209.0, "current_sensor_scale": 9.0}
+    first = Cause("friction_brake", ("a",), 238.0, screened=gained)
+    second = Cause(
+        "gear_loss", ("b",), 29.0, screened={"gear_loss": 29.0, "payload": 27.0}
+    )
+    profile = Cause("auxiliary_load", ("c",), 90.0)
+    able = [Candidate(e, ()) for e in (*gained, "payload", "motor_lag")]
+
+    def near_to(cause, *beside):
+        return {c.effect for c in near(cause, [cause, *beside], able)}
+
+    assert near_to(first) == {"gear_loss", "payload", "motor_lag"}  # not seen then
+    seen = replace(first, screened=gained | {"payload": 3.0, "motor_lag": 0.0})
+    assert near_to(seen) == {"gear_loss"}
+    assert near_to(seen, second, profile) == {"payload"}
+    assert near_to(second, seen, profile) == {
+        "current_sensor_scale",
+        "payload",
+        "motor_lag",
+    }
 
 
 def test_a_cause_that_varies_keeps_what_it_was_said_to_be():

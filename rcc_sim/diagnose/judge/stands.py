@@ -8,7 +8,7 @@ from functools import partial
 from math import inf, isfinite
 
 from rcc_sim.diagnose.causes.candidates import Candidate
-from rcc_sim.diagnose.causes.cause import ENOUGH, Cause
+from rcc_sim.diagnose.causes.cause import ENOUGH, Cause, left_by_stronger
 from rcc_sim.diagnose.causes.sums import with_all_figures
 from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
@@ -30,8 +30,8 @@ from rcc_sim.diagnose.search.winner import shares_of
 WITHDRAWN = 0.2
 """Share of a cause's nats, by the noise that it leaves as the remainder's are, that a
 remainder may have before the cause has to be needed beside it: of 201 drives of the
-blind plant with something in them, 0.03 at most in the tracks of causes that acted, 1.7
-to 8.3 in those of causes that did not."""
+blind plant with something in them, ``LEAVES`` at most in the tracks of causes that
+acted, 1.7 to 8.3 in those of causes that did not."""
 
 UNSTEADY, UNSTEADY_ENOUGH = 0.1, 20.0
 """Share of a cause's nats, by the noise that it leaves, and nats, that its coming and
@@ -158,25 +158,33 @@ def standing(now: Standing) -> list[Cause]:
         else replace(c, shares=shares_of(engine, fit, c.keys, fit.noise))
         for c in now.causes
     ]
-    return [c for c in causes if is_steady(c, left) and outlives(engine, c, left, fit)]
+    spared = [left_by_stronger(c, causes) for c in causes]
+    return [
+        c
+        for c, nats in zip(causes, spared, strict=True)
+        if is_steady(c, left) and outlives(engine, c, left, fit, nats)
+    ]
 
 
 def is_steady(cause: Cause, left: Remainder) -> bool:
     """Tell whether a cause that was taken as constant acts all the time."""
-    share = UNSTEADY * (cause.gain * cause.sharpened + cause.eased)
+    share = UNSTEADY * (cause.sharp + cause.eased)
     some = (share, UNSTEADY_ENOUGH)
     most = max(some) if left.is_real else sum(some)
     return left.change_of(cause.effect) <= most
 
 
-def outlives(engine: Engine, cause: Cause, left: Remainder, fit: Fit) -> bool:
+def outlives(
+    engine: Engine, cause: Cause, left: Remainder, fit: Fit, spared: float = 0.0
+) -> bool:
     """Tell whether a cause stands beside something unknown in its tracks.
 
-    Where that is small beside it, or may be left by chance and is no likelier. Else if
-    it is needed beside that, too; but not where what is real outweighs it, or would be
-    real whatever it follows.
+    Where that is small beside it, or may be left by chance and is no likelier, or by
+    stronger causes, of which so many nats are ``spared``. Else if it is needed beside
+    that, too; but not where what is real outweighs it, or would be real whatever it
+    follows.
     """
-    nats, gain = left.against(cause.effect, cause.shares), cause.gain * cause.sharpened
+    nats, gain = left.against(cause.effect, cause.shares) - spared, cause.sharp
     if nats <= (WITHDRAWN * gain if left.is_real else max(gain, ENOUGH)):
         return True
     if cause.profiles or (left.is_real and nats > min(gain, UNKNOWN_ENOUGH)):

@@ -202,11 +202,20 @@ def better(cause: Cause, rivals: Sequence[Rival]) -> Rival | None:
 def near(
     cause: Cause, causes: Sequence[Cause], candidates: Sequence[Candidate]
 ) -> list[Candidate]:
-    """Return the candidates that came near a cause when it was taken in."""
+    """Return the candidates that came near a cause, or another, when it was taken in.
+
+    Of three effects of which any two do as well, one that gains much alone is taken in
+    first, and what comes near the second may stand in its place beside that.
+    """
+
+    def came_near(one: Candidate, to: Cause) -> bool:
+        unknown = inf if to is cause else 0.0
+        gained = to.screened.get(one.effect, unknown)
+        return gained > NEAR * to.screened.get(to.effect, 0.0)
+
     named = {c.effect for c in causes}
-    least = NEAR * cause.screened.get(cause.effect, 0.0)
-    free = (c for c in candidates if c.effect not in named)
-    return [c for c in free if cause.screened.get(c.effect, inf) > least]
+    free = [c for c in candidates if c.effect not in named]
+    return [c for c in free if any(came_near(c, to) for to in causes)]
 
 
 def with_ties(

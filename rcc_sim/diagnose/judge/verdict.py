@@ -192,13 +192,19 @@ def ends_early(cause: Cause, fit: Fit, known: Mapping[str, Effect]) -> bool:
 
 
 def probability(
-    cause: Cause, left: Remainder, farthest: float = 0.0, *, doubtful: bool = False
+    cause: Cause,
+    left: Remainder,
+    farthest: float = 0.0,
+    *,
+    doubtful: bool = False,
+    spared: float = 0.0,
 ) -> float:
     """Return the probability that a cause, or one tied with it, acts.
 
     An even chance at most where it is ``doubtful``, as where it ends as its search
     does, or beside stated figures that are ``farthest`` off by as many sds as another
-    vehicle's: one of them stands for what is not known.
+    vehicle's: one of them stands for what is not known. Of what is left so many nats
+    are ``spared``, that stronger causes may leave.
     """
     margin = min(cause.gain - 0.5 * ENOUGH, cause.gain - cause.rival)
     if abs(margin) < EQUAL:
@@ -207,7 +213,8 @@ def probability(
     if cause.profiles:  # something unknown of the same course is no likelier
         chance = max(chance, EVEN)
     if left.is_real:
-        chance *= cause.gain / (cause.gain + left.against(cause.effect, cause.shares))
+        unknown = max(left.against(cause.effect, cause.shares) - spared, 0.0)
+        chance *= cause.gain / (cause.gain + unknown)
     most = EVEN if doubtful or farthest > ANOTHER_VEHICLE else SUREST
     return min(max(chance, LEAST_SURE), most)
 

@@ -67,7 +67,7 @@ def profile_cause(
     if course and beyond_drag(course) >= ENOUGH and not is_stated(engine, course):
         nats = engine.each(partial(with_its_noise, engine, fit), every)
         rival = max(nats, default=0.0)
-        if course.gain * course.sharpened > rival:
+        if course.sharp > rival:
             return replace(course, rival=max(course.rival, rival)), outdone
     found = [c for c in every if c.sharpened == 1] or every
     if not found:
@@ -83,7 +83,7 @@ def beyond_drag(course: Cause) -> float:
     more, as a load must gain; of 76 with something of no library one has, beside a
     remainder that is real. Of 29 with a load it is 60 or more in all whose load shows.
     """
-    return course.gain * course.sharpened - course.rival
+    return course.sharp - course.rival
 
 
 def with_its_noise(engine: Engine, fit: Fit, cause: Cause) -> float:

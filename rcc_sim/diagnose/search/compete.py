@@ -255,8 +255,8 @@ def is_clear(
             return False
         if one and not varying.weighed and one.effect not in PROFILES:
             return False
-        gain = varying.gain * varying.sharpened
-        rival = one.gain * one.sharpened + BRISK_ENOUGH if one else 0.0
+        gain = varying.sharp
+        rival = one.sharp + BRISK_ENOUGH if one else 0.0
         return gain > max(rival, needed_gain(causes, varying.shares))
     enough = min(enough_of(p) for p in varying.profiles.values())
     same = held.get(varying.effect, 0.0) + enough / 2 if one else 0.0
@@ -303,7 +303,7 @@ def outweighed(causes: Sequence[Cause], left: Remainder) -> bool:
     less, and what is more is none.
     """
     return left.is_real and all(
-        left.against(c.effect, c.shares) > c.gain * c.sharpened for c in causes
+        left.against(c.effect, c.shares) > c.sharp for c in causes
     )
 
 
