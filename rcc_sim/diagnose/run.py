@@ -27,7 +27,7 @@ from rcc_sim.diagnose.fitting.pulls import moved, moved_together
 from rcc_sim.diagnose.fitting.tips import no_surer
 from rcc_sim.diagnose.judge.apart_from_nil import apart_from_nil
 from rcc_sim.diagnose.judge.misread import findings_of
-from rcc_sim.diagnose.judge.restless import is_doubtful, restless
+from rcc_sim.diagnose.judge.restless import is_doubtful, restless, unaccounted
 from rcc_sim.diagnose.judge.stands import only, what_stands
 from rcc_sim.diagnose.judge.verdict import (
     DOUBTLESS,
@@ -177,6 +177,7 @@ def diagnose(
         disagree=any(one.disagrees for one in by_log)
         or any(f.kind == "opposed" for g in gaps for f in g.findings),
         even=any(chance <= EVEN for chance in chances),
+        wanders=bool(unaccounted(acting, causes, loose).any()),
     )
     shown = farthest_off(gaps)
     hidden = tuple(dict.fromkeys(c for one in logs for c in one.hidden))

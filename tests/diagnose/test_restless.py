@@ -7,7 +7,12 @@ import pytest
 from scipy.signal import lfilter
 
 from rcc_sim.diagnose.causes.cause import Cause
-from rcc_sim.diagnose.judge.restless import is_doubtful, restless, wandering_beside
+from rcc_sim.diagnose.judge.restless import (
+    is_doubtful,
+    restless,
+    unaccounted,
+    wandering,
+)
 
 ROW, ROWS = 0.01, 7500
 TIME = ROW * np.arange(ROWS)
@@ -21,12 +26,13 @@ def filtered(lag):
     return lfilter([np.sqrt(1 - kept**2)], [1, -kept], NOISE)
 
 
-def engine_of(*channels, row=ROW, rows=ROWS):
+def engine_of(*channels, row=ROW, rows=ROWS, imposed=False):
     """Channels of one log, of which all rows count."""
+    drive = SimpleNamespace(imposed=imposed)
     return SimpleNamespace(
         tracks=[(0, c) for c in channels],
         valid=[np.ones(rows, bool) for _ in channels],
-        problems=[SimpleNamespace(row=row)],
+        problems=[SimpleNamespace(row=row, drive=drive)],
     )
 
 
@@ -78,9 +84,17 @@ def test_a_cause_is_doubtful_that_shows_in_such_channels_above_all():
     assert not is_doubtful(lag, loose)
     assert not is_doubtful(Cause("payload", ("z",), 90.0), loose)
     engine = engine_of("speed_mps", "yaw_rate_radps", "motor_current_a")
-    (said,) = wandering_beside(engine, [friction, lag], loose, 0)
+    (said,) = wandering(engine, [friction, lag], loose, 0)
     assert said.channel == "speed_mps"
     assert "beside drivetrain_friction, " in said.what
     assert said.what.endswith("so does motor_current_a")
-    assert not wandering_beside(engine, [lag], loose, 0)
-    assert not wandering_beside(engine, [friction], loose, 1)
+    assert not wandering(engine, [lag], loose, 0)
+    assert not wandering(engine, [friction], loose, 1)
+
+
+@pytest.mark.parametrize("imposed", [False, True])
+def test_without_a_cause_it_counts_where_the_model_has_all_commands(imposed):
+    loose = np.array([True, False])
+    engine = engine_of("speed_mps", "yaw_rate_radps", imposed=imposed)
+    assert unaccounted(engine, [], loose).tolist() == [not imposed, False]
+    assert len(wandering(engine, [], loose, 0)) == (not imposed)

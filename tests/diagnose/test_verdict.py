@@ -169,6 +169,7 @@ def test_what_is_left_decides_where_nothing_is_named():
     assert status_of([], NOTHING, 50.0, 50.0) == "no_gap"
     assert status_of([], SOMETHING) == "unexplained"
     assert status_of([], NOTHING, large=True) == "unexplained"
+    assert status_of([], NOTHING, wanders=True) == "unexplained"
     assert status_of([], NOTHING, farthest=4.9) == "no_gap"
     assert status_of([], NOTHING, farthest=6.3) == "unexplained"
     assert status_of([CAUSE], SOMETHING, 50.0, 1.0) == "partly_explained"

@@ -10,8 +10,9 @@ from rcc_sim.diagnose.causes.cause import Cause
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.fitting.knobs import BIAS, delay_knobs, scale_key
+from rcc_sim.diagnose.judge import restless
 from rcc_sim.diagnose.judge.direct import FELT, disagreeing
-from rcc_sim.diagnose.judge.restless import Mask, wandering_beside
+from rcc_sim.diagnose.judge.restless import Mask
 from rcc_sim.diagnose.judge.verdict import TOLERATED
 from rcc_sim.diagnose.profiles.altimeter import Wander
 from rcc_sim.diagnose.residuals.lateness import battery_channel
@@ -93,7 +94,7 @@ def findings_of(
         *behind(fit, problem),
         *wandering(wanders, log, accelerometer=FELT in problem.channels),
         *disagreeing(engine, fit, log),
-        *wandering_beside(engine, causes, loose, log),
+        *restless.wandering(engine, causes, loose, log),
         *without_bends(problem, causes),
         *unjudged(problem, causes),
     )

@@ -1,8 +1,9 @@
-"""Channels of which what is left wanders, though a cause should have explained it.
+"""Channels of which what is left wanders, though it should have been explained.
 
 A noise that remembers takes whatever comes slowly: the force of a rough road, and what
 the library does not hold. Where most of what tells a cause lies in channels of which as
-much still comes and goes, it may stand for something unknown.
+much still comes and goes, it may stand for something unknown. So may the noise, where
+no cause stands.
 """
 
 from __future__ import annotations
@@ -21,7 +22,9 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 WANDERS = 2.0
-"""Times its scatter from row to row from which on what is left of a channel wanders."""
+"""Times its scatter from row to row from which on what is left of a channel wanders. Of
+96 drives of the blind plant with known causes or none it is 1.6 at most, of 32 with
+something else more than twice in 16."""
 
 LATER, STILL = 0.5, 0.5
 """Time [s], and share of what is left that is still there then: the noise that a sensor
@@ -65,30 +68,44 @@ def _power(e: Array, ok: Mask) -> float:
     return float(np.mean(e[ok] ** 2))
 
 
-def wandering_beside(
+def is_doubtful(cause: Cause, loose: Mask) -> bool:
+    """Tell whether a cause shows in channels that wander, most of all."""
+    return bool(len(cause.shares)) and float(cause.shares @ loose) > MOST
+
+
+def unaccounted(engine: Engine, causes: Sequence[Cause], loose: Mask) -> Mask:
+    """Tell which channels that wander speak against what is said of a log.
+
+    Those beside a doubtful cause. Where there is none, those of a vehicle that was
+    driven by commands: one that is driven by its measured motion shows the road, and
+    what drove it, in all that it takes.
+    """
+    if causes:
+        doubtful = any(is_doubtful(c, loose) for c in causes)
+        return loose if doubtful else np.zeros_like(loose)
+    driven = [not engine.problems[log].drive.imposed for log, _ in engine.tracks]
+    return np.logical_and(loose, driven)
+
+
+def wandering(
     engine: Engine, causes: Sequence[Cause], loose: Mask, log: int
 ) -> tuple[Finding, ...]:
-    """Return what to say of a log's channels that wander, where a cause is doubtful."""
-    doubtful = [c for c in causes if is_doubtful(c, loose)]
-    tracks = zip(engine.tracks, loose, strict=True)
+    """Return what to say of a log's channels that are ``unaccounted``."""
+    against = unaccounted(engine, causes, loose)
+    tracks = zip(engine.tracks, against, strict=True)
     first, *others = [c for (i, c), wanders in tracks if i == log and wanders] or [""]
-    if not (doubtful and first):
+    if not first:
         return ()
-    names = " or ".join(c.effect for c in doubtful)
+    names = " or ".join(c.effect for c in causes if is_doubtful(c, loose))
     also = f"; so does {' and '.join(others)}" if others else ""
     return (
         Finding(
             "restless",
             first,
-            f"comes and goes beside {names}, more than {WANDERS:g} times as far as it "
-            f"scatters from row to row{also}",
+            f"comes and goes{names and ' beside '}{names}, more than {WANDERS:g} times "
+            f"as far as it scatters from row to row{also}",
             action="what acts now and then, and is not in the library, may have passed "
-            "for what acts all the time",
+            "for what acts all the time, or for noise",
             severity="warning",
         ),
     )
-
-
-def is_doubtful(cause: Cause, loose: Mask) -> bool:
-    """Tell whether a cause shows in channels that wander, most of all."""
-    return bool(len(cause.shares)) and float(cause.shares @ loose) > MOST

@@ -120,6 +120,7 @@ def status_of(
     farthest: float = 0.0,
     disagree: bool = False,
     even: bool = False,
+    wanders: bool = False,
 ) -> str:
     """Return the status: no_gap, explained, partly_explained or unexplained.
 
@@ -130,10 +131,10 @@ def status_of(
     figures are ``farthest`` off by more sds than is tolerated, nor where logs, or a
     channel and the model, ``disagree``, nor by a cause of which the chances are
     ``even``. A gap is ``large`` if it is one whatever the rows say; what no tolerance
-    takes is one as well.
+    takes is one as well, and what ``wanders`` where the model has all commands.
     """
     if not causes:
-        real = left.is_real or large or farthest > TOLERATED or disagree
+        real = left.is_real or large or farthest > TOLERATED or disagree or wanders
         return "unexplained" if real else "no_gap"
     stays = left.is_real or ends or even or explained < 1 - SHRUNK
     stays |= farthest > TOLERATED or disagree
