@@ -177,7 +177,7 @@ def diagnose(
         disagree=any(one.disagrees for one in by_log)
         or any(f.kind == "opposed" for g in gaps for f in g.findings),
         even=any(chance <= EVEN for chance in chances),
-        wanders=bool(unaccounted(acting, causes, loose).any()),
+        wanders=bool(unaccounted(causes, loose).any()),
     )
     shown = farthest_off(gaps)
     hidden = tuple(dict.fromkeys(c for one in logs for c in one.hidden))

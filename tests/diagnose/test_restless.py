@@ -92,9 +92,15 @@ def test_a_cause_is_doubtful_that_shows_in_such_channels_above_all():
     assert not wandering(engine, [friction], loose, 1)
 
 
-@pytest.mark.parametrize("imposed", [False, True])
-def test_without_a_cause_it_counts_where_the_model_has_all_commands(imposed):
+def test_without_a_cause_it_counts_as_well():
     loose = np.array([True, False])
-    engine = engine_of("speed_mps", "yaw_rate_radps", imposed=imposed)
-    assert unaccounted(engine, [], loose).tolist() == [not imposed, False]
-    assert len(wandering(engine, [], loose, 0)) == (not imposed)
+    assert unaccounted([], loose).tolist() == [True, False]
+    (said,) = wandering(engine_of("speed_mps", "yaw_rate_radps"), [], loose, 0)
+    assert said.what.startswith("comes and goes, more than")
+
+
+def test_a_vehicle_that_is_driven_by_its_motion_shows_the_road():
+    fit = SimpleNamespace(residuals=[NOISE + 3 * STICKS])
+    for imposed in (False, True):
+        engine = engine_of("battery_power_w", imposed=imposed)
+        assert restless(engine, fit, fit).tolist() == [not imposed]
