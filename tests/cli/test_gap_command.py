@@ -187,7 +187,9 @@ def test_an_unknown_hidden_column_is_an_error(drive):
 
 
 @pytest.mark.skipif(not BMW.is_dir(), reason="the BMW logs are not here")
-@pytest.mark.parametrize("trip", ["TripA01", "TripB03"])
+@pytest.mark.parametrize(
+    "trip", ["TripA01", pytest.param("TripB03", marks=pytest.mark.thorough)]
+)
 def test_the_electrical_stage_is_battery_less_logged_torque_and_known_loads(trip):
     """By hand: P = τ ω / η driving, τ ω η braking, and the auxiliaries; η by scipy."""
     done = rccsim("gap", BMW / f"{trip}.csv.gz", "--vehicle", "bmw_i3", "--json")

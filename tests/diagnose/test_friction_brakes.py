@@ -30,7 +30,9 @@ def named(log):
     return {a.cause.effect: next(iter(a.figures.values())) for a in found.asserted}
 
 
-@pytest.mark.parametrize("torqued", [True, False])
+@pytest.mark.parametrize(
+    "torqued", [True, pytest.param(False, marks=pytest.mark.thorough)]
+)
 def test_brakes_that_take_a_share_are_named_and_no_gear(torqued):
     log = log_of(lambda v: 0.75 + 0 * v, 1)
     if not torqued:

@@ -37,7 +37,7 @@ def told(log: Trace) -> dict:
     return diagnose([Logged(log, (), None)], CAR).document()
 
 
-@pytest.mark.parametrize("gain", [1.03, 0.97])
+@pytest.mark.parametrize("gain", [0.97, pytest.param(1.03, marks=pytest.mark.thorough)])
 def test_a_torque_that_is_a_little_off_is_no_cause(gain):
     assert told(drive(gain=gain))["causes"] == []
 
@@ -73,6 +73,7 @@ def test_the_energy_left_is_by_the_torque_as_it_reads():
     assert abs(shrink["energy_gap_percent_after"]) < 1.0
 
 
+@pytest.mark.thorough
 @pytest.mark.slow
 def test_a_gyro_that_is_a_little_off_blames_no_steering(tmp_path):
     """A drive of the blind plant; where the file calls the gyro exact, something is."""

@@ -51,7 +51,7 @@ def late_log(folder, rows: int, seed: int, corner_s: float = 1.0):
 
 
 @pytest.mark.parametrize(
-    "rows", [8, -4, *(pytest.param(n, marks=pytest.mark.thorough) for n in (3, -10))]
+    "rows", [8, *(pytest.param(n, marks=pytest.mark.thorough) for n in (-4, 3, -10))]
 )
 def test_the_delay_is_found_and_nothing_else(tmp_path, rows):
     found = diagnose([late_log(tmp_path, rows, seed=abs(rows))], CAR).document()
@@ -64,7 +64,9 @@ def test_the_delay_is_found_and_nothing_else(tmp_path, rows):
     assert figure["low"] < abs(rows) * ROW < figure["high"]
 
 
-@pytest.mark.parametrize("corner_s", [1.0, 0.0])
+@pytest.mark.parametrize(
+    "corner_s", [1.0, pytest.param(0.0, marks=pytest.mark.thorough)]
+)
 def test_no_delay_is_found_where_there_is_none(tmp_path, corner_s):
     """Nor in the corners of a cycle that is driven to the letter."""
     log = late_log(tmp_path, 0, seed=1, corner_s=corner_s)
@@ -72,6 +74,7 @@ def test_no_delay_is_found_where_there_is_none(tmp_path, corner_s):
     assert found["causes"] == []
 
 
+@pytest.mark.thorough
 def test_means_since_the_row_before_are_no_delay():
     """They are half a row old, and a noisy speed is smoothed besides."""
     cycle = parse_cycle("udds[0:500]")
@@ -117,7 +120,7 @@ def torque_log(late_s: float, rate: float):
 @pytest.mark.parametrize(
     "late_s, rate",
     [
-        (0.35, 10.0),
+        pytest.param(0.35, 10.0, marks=pytest.mark.thorough),
         pytest.param(0.35, 50.0, marks=pytest.mark.thorough),
         (0.0, 10.0),
     ],
@@ -157,7 +160,7 @@ def polled(late_s: float, seed: int = 1):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("late_s", [0.3, 1.0])
+@pytest.mark.parametrize("late_s", [0.3, pytest.param(1.0, marks=pytest.mark.thorough)])
 def test_a_log_that_was_polled_may_have_its_battery_a_little_late(late_s):
     found = diagnose([polled(late_s)], CAR)
     assert found.asserted == ()

@@ -58,10 +58,13 @@ def folder(tmp_path_factory):
     [
         "cycle udds --from r1t --to rcc",
         "run small.csv large.csv",
-        "pi rcc=small.csv r1t=large.csv",
-        "motor-map rcc --against r1t --cycle udds[20:60]",
-        "effect rolling_resistance",
         "gap gap.json",
+        pytest.param("pi rcc=small.csv r1t=large.csv", marks=pytest.mark.thorough),
+        pytest.param(
+            "motor-map rcc --against r1t --cycle udds[20:60]",
+            marks=pytest.mark.thorough,
+        ),
+        pytest.param("effect rolling_resistance", marks=pytest.mark.thorough),
     ],
 )
 def test_a_figure_is_written_whole_and_twice_the_same(words, folder, tmp_path):
