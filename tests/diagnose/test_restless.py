@@ -32,6 +32,7 @@ def engine_of(*channels, row=ROW, rows=ROWS, imposed=False):
     return SimpleNamespace(
         tracks=[(0, c) for c in channels],
         valid=[np.ones(rows, bool) for _ in channels],
+        least=[0.1 for _ in channels],
         problems=[SimpleNamespace(row=row, drive=drive)],
     )
 
@@ -61,6 +62,12 @@ def test_what_comes_and_goes_is_told_from_noise_that_a_sensor_filters(left, told
 def test_an_error_small_beside_what_a_cause_explains_is_none(taken_out, told):
     left = NOISE + 2.5 * STICKS
     assert wanders(left, left + taken_out) is told
+
+
+def test_what_is_less_than_the_least_noise_is_none():
+    """As a simulated log leaves of figures that are a little otherwise."""
+    assert not wanders(0.05 * STICKS, 0.05 * STICKS)
+    assert wanders(0.5 * STICKS, 0.5 * STICKS)
 
 
 def test_rows_that_do_not_count_are_not_asked():

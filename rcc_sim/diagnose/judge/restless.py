@@ -43,9 +43,10 @@ def restless(engine: Engine, fit: Fit, null: Fit) -> Mask:
 
     With e what is left by the fit, e+ the same some time later, Δe its change from row
     to row, and e' what is left by the tolerances alone, means over the rows that count:
-    e² > 4 (Δe)² / 2, e e+ > e² / 2 and e e+ > (e'² - e²) / 10. Of vehicles that were
-    driven by commands: one that is driven by its measured motion shows the road, and
-    what drove it, in all that it takes.
+    e² > 4 (Δe)² / 2, e e+ > e² / 2 and e e+ > (e'² - e²) / 10; no channel scatters less
+    than the least noise by which it is judged. Of vehicles that were driven by
+    commands: one that is driven by its measured motion shows the road, and what drove
+    it, in all that it takes.
     """
     found = np.zeros(len(engine.tracks), bool)
     for i, (log, _) in enumerate(engine.tracks):
@@ -57,7 +58,7 @@ def restless(engine: Engine, fit: Fit, null: Fit) -> Mask:
         next_to, beyond = ok[1:] & ok[:-1], ok[later:] & ok[:-later]
         if not (next_to.any() and beyond.any()):
             continue
-        scatter = _power(np.diff(e), next_to) / 2
+        scatter = max(_power(np.diff(e), next_to) / 2, engine.least[i] ** 2)
         slow = float(np.mean(e[later:][beyond] * e[:-later][beyond]))
         found[i] = (
             power > WANDERS**2 * scatter
