@@ -12,7 +12,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
-LONG = ("fleets.md", "uncertainty.md", "report.md", "tutorial.md")
+LONG = ("fleets.md", "uncertainty.md", "report.md")
 """Pages whose commands the README has as well, on other input."""
 
 SKIPPED = (

@@ -56,7 +56,6 @@ def test_a_half_is_predicted_with_a_charger_fitted_on_the_other(tests, battery, 
     assert mean_error(tests[held], battery[held], charger) < BAR
 
 
-@pytest.mark.thorough
 @WITH_DATA
 def test_the_stated_figures_predict_better_than_fastsims(tests, battery):
     pytest.importorskip("fastsim", minversion="3.1", reason="needs FASTSim 3")

@@ -84,7 +84,6 @@ def test_the_wheel_has_what_a_page_is_made_of(installed):
     assert {"report.css", "report.js"} <= {p.name for p in report.iterdir()}
 
 
-@pytest.mark.thorough
 @pytest.mark.slow
 def test_an_edited_effect_takes_effect_in_the_next_process(tmp_path):
     shutil.copytree(

@@ -27,7 +27,7 @@ from rcc_sim.diagnose.fitting.pulls import moved, moved_together
 from rcc_sim.diagnose.fitting.tips import no_surer
 from rcc_sim.diagnose.judge.apart_from_nil import apart_from_nil
 from rcc_sim.diagnose.judge.misread import findings_of
-from rcc_sim.diagnose.judge.restless import is_doubtful, restless, unaccounted
+from rcc_sim.diagnose.judge.restless import is_doubtful, restless
 from rcc_sim.diagnose.judge.stands import only, what_stands
 from rcc_sim.diagnose.judge.verdict import (
     DOUBTLESS,
@@ -140,6 +140,7 @@ def diagnose(
     loose = restless(acting, stands.fit, found.null)
     said = partial(findings_of, acting, stands.fit, wanders, causes, loose)
     gaps = tuple(replace(g, findings=g.findings + said(i)) for i, g in enumerate(gaps))
+    kinds = {f.kind for g in gaps for f in g.findings}
     fit = no_surer(acting, stands.fit, {k for c in causes for k in c.keys})
     pulls = map(abs, moved(fit, stated).values())
     farthest = max([moved_together(fit, stated), *pulls])
@@ -174,10 +175,9 @@ def diagnose(
         explained=proved.shrink.explained,
         ends=any(early),
         farthest=farthest,
-        disagree=any(one.disagrees for one in by_log)
-        or any(f.kind == "opposed" for g in gaps for f in g.findings),
+        disagree=any(one.disagrees for one in by_log) or "opposed" in kinds,
         even=any(chance <= EVEN for chance in chances),
-        wanders=bool(unaccounted(causes, loose).any()),
+        wanders="restless" in kinds,
     )
     shown = farthest_off(gaps)
     hidden = tuple(dict.fromkeys(c for one in logs for c in one.hidden))

@@ -63,7 +63,6 @@ def test_a_charge_that_jumps_spoils_one_stretch_alone():
     assert np.nanmax(off) <= STEP / 100 * TWIZY.battery_energy * 1.0001
 
 
-@pytest.mark.thorough
 def test_a_hole_in_the_speed_leaves_an_uncertainty():
     """A stretch of the charge may hold rows at which nothing is predicted."""
     time = np.arange(3000.0)

@@ -74,7 +74,6 @@ def test_a_log_that_cannot_be_read_is_a_row_with_its_error(logs):
     assert str(logs.parent) not in found[3]["error"]
 
 
-@pytest.mark.thorough
 def test_a_log_of_500_rows_a_second_is_pooled_as_it_was_explained(tmp_path):
     slow = Cycle("slow", DRIVE.time_s, 0.2 * DRIVE.speed_mps)
     run = simulate(load_vehicle("rcc"), slow, output_rate=500.0).trace

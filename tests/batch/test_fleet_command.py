@@ -92,7 +92,6 @@ def test_a_cause_too_weak_for_most_logs_is_named_by_all_of_them(tmp_path):
     assert json.loads(again.stdout) == found
 
 
-@pytest.mark.thorough
 @pytest.mark.slow
 def test_a_cause_that_each_log_names_is_not_shared_out_among_others(tmp_path):
     (tmp_path / "logs").mkdir()

@@ -171,7 +171,6 @@ def test_parts_follow_from_the_plan_and_cover_it():
     assert len(ranges) >= 16
 
 
-@pytest.mark.thorough
 def test_an_effect_of_ones_own_is_swept_like_any_other():
     from tests.simulate.test_own_effects import TRAILER
 

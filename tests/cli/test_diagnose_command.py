@@ -48,7 +48,6 @@ def test_a_diagnosis_writes_all_that_is_asked_for(drive, tmp_path):
     assert abs(json.loads(gap.stdout)["energy"]["gap_percent"]) < 3
 
 
-@pytest.mark.thorough
 @pytest.mark.slow
 def test_a_mended_file_without_a_cause_is_said_to_be_one(drive, tmp_path):
     names, path = "payload,yaw_rate_bias", tmp_path / "mended.toml"

@@ -90,7 +90,6 @@ def test_a_load_is_named_beside_them():
     assert wanders
 
 
-@pytest.mark.thorough
 @pytest.mark.slow
 def test_without_an_accelerometer_it_is_doubted_and_what_the_file_allows_is_none():
     log, _ = driven(1, 2.0, 120.0, felt=False)

@@ -61,7 +61,7 @@ def sent(asked, row, delay=0.0, *, hold=True):
     return Logged(Trace(columns, name="sent"), (), None)
 
 
-@pytest.mark.parametrize("row", [0.05, pytest.param(0.02, marks=pytest.mark.thorough)])
+@pytest.mark.parametrize("row", [0.02, pytest.param(0.05, marks=pytest.mark.thorough)])
 def test_they_are_no_delay(asked, row):
     log = sent(asked, row)
     assert not any(holds(log.log[c]) for c in COMMANDS)  # each row has another value

@@ -83,7 +83,6 @@ def driven(tmp_path_factory):
     return found
 
 
-@pytest.mark.thorough
 @pytest.mark.slow
 def test_a_load_shows_well_above_what_the_log_would_tell_and_not_well_below(driven):
     least = driven(0.0).found.least_seen["auxiliary_load"]["power_w"]

@@ -73,7 +73,6 @@ def test_the_energy_left_is_by_the_torque_as_it_reads():
     assert abs(shrink["energy_gap_percent_after"]) < 1.0
 
 
-@pytest.mark.thorough
 @pytest.mark.slow
 def test_a_gyro_that_is_a_little_off_blames_no_steering(tmp_path):
     """A drive of the blind plant; where the file calls the gyro exact, something is."""

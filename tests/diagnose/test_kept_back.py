@@ -48,7 +48,6 @@ def test_it_grows_where_the_cause_does_not_act():
     assert found.after > found.before
 
 
-@pytest.mark.thorough
 @pytest.mark.slow
 def test_the_report_says_on_which_log():
     opened = [

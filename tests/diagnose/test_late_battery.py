@@ -74,7 +74,6 @@ def test_no_delay_is_found_where_there_is_none(tmp_path, corner_s):
     assert found["causes"] == []
 
 
-@pytest.mark.thorough
 def test_means_since_the_row_before_are_no_delay():
     """They are half a row old, and a noisy speed is smoothed besides."""
     cycle = parse_cycle("udds[0:500]")
@@ -120,7 +119,7 @@ def torque_log(late_s: float, rate: float):
 @pytest.mark.parametrize(
     "late_s, rate",
     [
-        pytest.param(0.35, 10.0, marks=pytest.mark.thorough),
+        (0.35, 10.0),
         pytest.param(0.35, 50.0, marks=pytest.mark.thorough),
         (0.0, 10.0),
     ],
@@ -160,7 +159,7 @@ def polled(late_s: float, seed: int = 1):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("late_s", [0.3, pytest.param(1.0, marks=pytest.mark.thorough)])
+@pytest.mark.parametrize("late_s", [0.3, 1.0])
 def test_a_log_that_was_polled_may_have_its_battery_a_little_late(late_s):
     found = diagnose([polled(late_s)], CAR)
     assert found.asserted == ()

@@ -35,12 +35,7 @@ READ = [c for c in NOISE if c not in ("time_s", "speed_ref_mps", "steer_cmd_rad"
     ("name", "delay", "late"),
     [
         pytest.param("delay_s", 0.03, READ, marks=pytest.mark.thorough),
-        pytest.param(
-            "motor_current_delay_s",
-            0.03,
-            ["motor_current_a"],
-            marks=pytest.mark.thorough,
-        ),
+        ("motor_current_delay_s", 0.03, ["motor_current_a"]),
     ],
 )
 def test_what_all_sensors_or_the_motor_s_are_late_by_is_told(

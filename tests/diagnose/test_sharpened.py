@@ -17,7 +17,6 @@ DATA = Path(__file__).resolve().parents[3] / "shared/data"
 TRIP = DATA / "real_ev/bmw_i3_tum/TripA23.csv.gz"
 
 
-@pytest.mark.thorough
 @pytest.mark.slow
 @pytest.mark.skipif(not TRIP.is_file(), reason="the BMW logs are not here")
 def test_a_real_heater_is_followed_once_the_coarse_of_it_is_known():

@@ -85,7 +85,6 @@ def test_what_acts_on_the_motor_is_named_alone(rate, effect, name, value):
     assert one.figures[name].value == pytest.approx(value, rel=0.15)
 
 
-@pytest.mark.thorough
 def test_a_load_that_grows_is_told_with_its_course():
     columns = dict(logged(40.0).log.columns)
     time, volts = columns["time_s"], columns["battery_voltage_v"]

@@ -93,7 +93,6 @@ def test_a_heater_that_switches_is_named_with_its_mean(tmp_path, heater, torque)
     assert found.status == "explained"
 
 
-@pytest.mark.thorough
 def test_the_mean_of_a_short_pulse_is_over_the_drive_and_not_over_its_knots(tmp_path):
     def pulse(t):
         return np.where((t > 200) & (t < 230), 6000.0, 0.0)
@@ -103,7 +102,6 @@ def test_the_mean_of_a_short_pulse_is_over_the_drive_and_not_over_its_knots(tmp_
     assert one.figures["power_w"].value == pytest.approx(true, rel=0.1)
 
 
-@pytest.mark.thorough
 def test_a_heater_that_wanes_is_told_with_its_course(tmp_path):
     def waning(t):
         return 500.0 + 4500.0 * np.exp(-t / 150)

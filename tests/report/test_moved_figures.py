@@ -4,7 +4,6 @@ from math import inf
 from types import SimpleNamespace
 
 import numpy as np
-import pytest
 from scipy.signal import lfilter
 
 from rcc_sim.analyse.logged import Logged
@@ -82,7 +81,6 @@ def test_no_gap_is_doubtful_where_most_of_what_is_left_is_foreseen():
     assert "foreseen" not in verdict_of(imposed)
 
 
-@pytest.mark.thorough
 def test_a_current_that_wanders_is_doubted_on_the_screen():
     """A drag that comes and goes every half second, in a drive on a wandering floor."""
     car = load_vehicle("rcc")
@@ -120,7 +118,6 @@ def test_figures_that_moved_together_are_doubtful_though_none_is_alone():
     assert says.endswith("measure it again, or state a larger sd.")
 
 
-@pytest.mark.thorough
 def test_a_wrong_vehicle_is_asked_for_and_its_file_is_not_blamed():
     """A scaled car's drive, said to be a car's, whose mass nothing lets go so far."""
     car = load_vehicle("rcc")
