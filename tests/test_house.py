@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 import resource
 import signal
@@ -17,18 +16,15 @@ from typer.main import get_command
 
 from rcc_sim.cli.app import app, command_names
 from rcc_sim.definitions.vehicle import TABLES, load_vehicle
+from tests.program import rccsim
 
 ROOT = Path(__file__).resolve().parents[1]
 HEAVY = {"numpy", "pandas", "scipy", "numba", "matplotlib", "pyarrow"}
 
 
-def run(*arguments, cwd=None, **options):
-    """Run `rccsim` in a process of its own."""
-    env = os.environ | {"COLUMNS": "80", "PYTHONUTF8": "1"} | options.pop("env", {})
-    command = [sys.executable, "-m", "rcc_sim", *map(str, arguments)]
-    return subprocess.run(
-        command, capture_output=True, text=True, cwd=cwd, env=env, **options
-    )
+def run(*arguments, env=None, **options):
+    """Run `rccsim` in a window of 80 columns, or as wide as ``env`` says."""
+    return rccsim(*arguments, env={"COLUMNS": "80"} | (env or {}), **options)
 
 
 def paths(command, ctx, words=()):
@@ -159,7 +155,7 @@ def test_a_users_mistake_is_one_error_line_and_exit_2(words, tmp_path):
 
 @pytest.mark.parametrize("name", sorted({*command_names()} - {"demo"}))
 def test_a_command_called_with_nothing_works_or_says_what_is_missing(name, tmp_path):
-    done = run(name, cwd=tmp_path, stdin=subprocess.DEVNULL)
+    done = run(name, cwd=tmp_path)
     assert done.returncode in (0, 2)
     assert "Traceback" not in done.stderr
     assert done.returncode == 0 or done.stderr.startswith("error: ")

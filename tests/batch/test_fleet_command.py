@@ -3,22 +3,14 @@
 import csv
 import io
 import json
-import subprocess
-import sys
 
 import pyarrow.parquet as pq
 import pytest
 
 from rcc_sim.report.fleet_page import fleet_page
+from tests.program import rccsim
 from tests.report.made import NASTY
 from tests.report.test_report_page import Reader
-
-
-def rccsim(*args, cwd, stdin=None):
-    command = [sys.executable, "-m", "rcc_sim", *map(str, args)]
-    return subprocess.run(
-        command, input=stdin, capture_output=True, text=True, timeout=300, cwd=cwd
-    )
 
 
 @pytest.fixture(scope="module")

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -24,6 +22,7 @@ from rcc_sim.errors import CheckFailed, InputError
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import replay
 from rcc_sim.trace import read_trace
+from tests.program import rccsim
 
 
 @pytest.fixture(scope="module")
@@ -38,11 +37,6 @@ def content(folder):
         for p in sorted(folder.rglob("*"))
         if p.is_file()
     }
-
-
-def rccsim(*words, cwd=None):
-    command = [sys.executable, "-m", "rcc_sim", *map(str, words)]
-    return subprocess.run(command, capture_output=True, text=True, cwd=cwd)
 
 
 def test_the_seal_is_the_hash_of_labels_that_lie_outside(made):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import subprocess
-import sys
 import threading
 from math import nan
 
@@ -20,6 +19,7 @@ from rcc_sim.blind.score import failures, figures, score
 from rcc_sim.blind.seal import write_seal
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.errors import CheckFailed, InputError
+from tests import program
 
 
 def cause(effect, p=0.9, **parameters):
@@ -186,26 +186,13 @@ def test_effects_of_a_group_are_alike_and_others_are_not():
 
 def test_a_bar_that_is_missed_is_an_exit_status(scored):
     out, labels = scored
-    command = [
-        sys.executable,
-        "-m",
-        "rcc_sim",
-        "blind",
-        "score",
-        out,
-        "--labels",
-        labels,
-    ]
     for bar, status in (
         ("single_first>=0.6", 0),
         ("single_first>=0.7", 1),
         ("x>=1", 2),
     ):
-        done = subprocess.run(
-            [*map(str, command), "--json", "--require", bar],
-            capture_output=True,
-            text=True,
-        )
+        words = "score", out, "--labels", labels, "--json", "--require", bar
+        done = program.rccsim("blind", *words)
         assert done.returncode == status, done.stderr
         assert bool(done.stdout) == (status < 2)
         assert ("error: " in done.stderr) == (status > 0)

@@ -2,23 +2,16 @@
 
 import gzip
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from tests.program import rccsim
+
 CASES = Path(__file__).resolve().parents[3] / "shared" / "cases"
 DART = Path(__file__).resolve().parents[3] / "shared/data/real_rc/dart_jetracer"
-
-
-def rccsim(*args, stdin=None):
-    command = [sys.executable, "-m", "rcc_sim", *map(str, args)]
-    return subprocess.run(
-        command, input=stdin, capture_output=True, text=True, timeout=120
-    )
 
 
 @pytest.fixture

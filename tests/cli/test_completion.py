@@ -10,6 +10,8 @@ import sys
 
 import pytest
 
+from tests.program import rccsim
+
 HEADER = "time_s,speed_mps,battery_voltage_v,battery_current_a,\x1b[31mred_w"
 
 
@@ -105,8 +107,7 @@ def test_plot_draws_the_columns_asked_for_and_refuses_others(tmp_path):
     (tmp_path / "a.csv").write_text("time_s,aux_power_w\n0,1\n1,2\n2,5\n")
 
     def run(*words):
-        command = [sys.executable, "-m", "rcc_sim", "plot", "run", "a.csv", *words]
-        return subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
+        return rccsim("plot", "run", "a.csv", *words, cwd=tmp_path)
 
     done = run("--column", "aux_power_w", "-o", "a.svg")
     assert done.returncode == 0, done.stderr

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+
+from tests.program import rccsim
 
 DART = Path(__file__).resolve().parents[3] / "shared/data/real_rc/dart_jetracer"
 STEPS = sorted(DART.glob("1*_step_input_data*/*.csv"))
@@ -18,12 +18,7 @@ pytestmark = pytest.mark.skipif(not STEPS, reason="the DART logs are not here")
 
 
 def answer(*words):
-    done = subprocess.run(
-        [sys.executable, "-m", "rcc_sim", *map(str, words), "--json"],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = rccsim(*words, "--json")
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
 

@@ -1,6 +1,4 @@
 import json
-import subprocess
-import sys
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -8,11 +6,7 @@ import pytest
 
 from rcc_sim.cli.diagnose import _of_mended
 from rcc_sim.cli.logs import tell_notes
-
-
-def rccsim(*words):
-    command = [sys.executable, "-m", "rcc_sim", *map(str, words)]
-    return subprocess.run(command, capture_output=True, text=True)
+from tests.program import rccsim
 
 
 @pytest.fixture(scope="module")

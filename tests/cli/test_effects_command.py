@@ -2,9 +2,6 @@
 
 import json
 import math
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -21,15 +18,9 @@ from rcc_sim.simulate.run import simulate
 from rcc_sim.units import G
 from tests.cars import car
 from tests.physics.test_effects import CYCLE
+from tests.program import rccsim
 
 OWN = Path(__file__).resolve().parents[2] / "examples" / "own_effect" / "trailer.py"
-
-
-def run(*arguments, cwd):
-    command = [sys.executable, "-m", "rcc_sim", *map(str, arguments)]
-    root = Path(__file__).resolve().parents[2]
-    env = os.environ | {"PYTHONPATH": str(root), "PYTHONUTF8": "1"}
-    return subprocess.run(command, capture_output=True, text=True, cwd=cwd, env=env)
 
 
 @pytest.mark.parametrize("name", EFFECTS)
@@ -69,20 +60,20 @@ def test_the_reference_drive_shows_each_effect_in_a_channel_that_it_names(name):
 
 def test_show_draws_shipped_and_own_effects(tmp_path):
     for k, name in enumerate(["gear_loss", OWN]):
-        done = run("effects", "show", name, "--plot", f"{k}.svg", cwd=tmp_path)
+        done = rccsim("effects", "show", name, "--plot", f"{k}.svg", cwd=tmp_path)
         assert done.returncode == 0, done.stderr
         assert "<svg" in (tmp_path / f"{k}.svg").read_text()
     assert f"origin,{OWN}" in done.stdout
-    done = run("effects", "show", "gear_loss", "--plot", "x.txt", cwd=tmp_path)
+    done = rccsim("effects", "show", "gear_loss", "--plot", "x.txt", cwd=tmp_path)
     assert done.returncode == 2 and "cannot draw" in done.stderr
 
 
 def test_an_own_effect_goes_through_the_command_line(tmp_path):
     drive = ("simulate", "rcc", "--cycle", "udds[20:40]", "--imposed")
     on = ("--effect", OWN, "--with", "trailer:mass_kg=0.5")
-    done = run(*drive, *on, "-o", "run.csv", cwd=tmp_path)
+    done = rccsim(*drive, *on, "-o", "run.csv", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    done = run("energy", "run.csv", "--json", cwd=tmp_path)
+    done = rccsim("energy", "run.csv", "--json", cwd=tmp_path)
     report = json.loads(done.stdout)
     assert report["ledger"]["trailer"] > 0
     assert abs(report["residual"]) < 1e-6
@@ -92,7 +83,7 @@ def test_an_own_effect_goes_through_the_command_line(tmp_path):
         (("--effect", OWN, "--with", "trailer:weight=1"), "trailer has no weight"),
         (("--with", "trailer:mass_kg=1"), "no such effect"),
     ):
-        done = run(*drive, *wrong, cwd=tmp_path)
+        done = rccsim(*drive, *wrong, cwd=tmp_path)
         assert done.returncode == 2 and message in done.stderr, done.stderr
         assert done.stdout == "" and "Traceback" not in done.stderr
 

@@ -1,8 +1,6 @@
 """`rccsim gap` as a user meets it: JSON, CSV, pictures, pipes, mistakes."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -13,16 +11,10 @@ from rcc_sim.analyse.gap import gap
 from rcc_sim.analyse.logged import open_log
 from rcc_sim.definitions.kernel import efficiency_map
 from rcc_sim.definitions.vehicle import load_vehicle
+from tests.program import rccsim
 
 CASES = Path(__file__).resolve().parents[3] / "shared" / "cases"
 BMW = Path(__file__).resolve().parents[3] / "shared/data/real_ev/bmw_i3_tum"
-
-
-def rccsim(*args, stdin=None):
-    command = [sys.executable, "-m", "rcc_sim", *map(str, args)]
-    return subprocess.run(
-        command, input=stdin, capture_output=True, text=True, timeout=300
-    )
 
 
 @pytest.fixture(scope="module")

@@ -1,21 +1,14 @@
 """`inertia`, `step`, `coastdown`, `cg` as a user meets them."""
 
 import json
-import subprocess
-import sys
 
 import numpy as np
 import pytest
 
-
-def rccsim(*args, stdin=None):
-    command = [sys.executable, "-m", "rcc_sim", *map(str, args)]
-    return subprocess.run(
-        command, input=stdin, capture_output=True, text=True, timeout=120
-    )
+from tests.program import rccsim
 
 
-def answer(*args, stdin=None):
+def answer(*args, stdin=""):
     done = rccsim(*args, "--json", stdin=stdin)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)

@@ -10,14 +10,9 @@ from pathlib import Path
 
 import pytest
 
+from tests.program import rccsim
+
 CYCLE = "time_s,speed_mps\n0,0\n2,3\n5,3\n7,0\n9,0\n"
-
-
-def rccsim(*args, stdin=None, **options):
-    command = [sys.executable, "-m", "rcc_sim", *map(str, args)]
-    return subprocess.run(
-        command, input=stdin, capture_output=True, text=True, timeout=120, **options
-    )
 
 
 def failed(done, *words):

@@ -13,6 +13,7 @@ import pytest
 from rcc_sim.errors import InputError
 from rcc_sim.readers import plugins, read_log, with_vehicle, write_commands
 from rcc_sim.trace import read_trace
+from tests.program import rccsim
 from tests.readers import making
 
 
@@ -30,11 +31,6 @@ class Car:
 
 
 ERPM_PER_MPS = 10 / 0.05 * 60 / (2 * np.pi) * 2
-
-
-def run(*words, cwd=None, **options):
-    command = [sys.executable, "-m", "rcc_sim", *map(str, words)]
-    return subprocess.run(command, capture_output=True, text=True, cwd=cwd, **options)
 
 
 # What the car plays
@@ -104,9 +100,9 @@ def test_commands_that_make_no_sense_are_refused(
 
 def test_scale_cycle_writes_a_bag_at_the_rate_of_the_cars_reference(tmp_path):
     words = ["scale-cycle", "udds[20:60]", "--from", "r1t", "--to", "rcc"]
-    done = run(*words, "--format", "mcap", "-o", "play.mcap", cwd=tmp_path)
+    done = rccsim(*words, "--format", "mcap", "-o", "play.mcap", cwd=tmp_path)
     assert (done.returncode, done.stdout) == (0, "")
-    plain = run(*words, "--rate", "100", "-o", "cycle.csv", cwd=tmp_path)
+    plain = rccsim(*words, "--rate", "100", "-o", "cycle.csv", cwd=tmp_path)
     assert plain.returncode == 0
     played = read_log(tmp_path / "play.mcap").trace
     cycle = read_trace(tmp_path / "cycle.csv")
@@ -114,7 +110,7 @@ def test_scale_cycle_writes_a_bag_at_the_rate_of_the_cars_reference(tmp_path):
     np.testing.assert_allclose(
         played["speed_ref_mps"], cycle["speed_mps"], atol=1e-6
     )  # 32 bit
-    refused = run(*words, "--format", "mcap", cwd=tmp_path)
+    refused = rccsim(*words, "--format", "mcap", cwd=tmp_path)
     assert refused.returncode == 2 and "--output" in refused.stderr
 
 
@@ -125,19 +121,21 @@ def test_a_sign_that_a_map_turns_is_said_of_a_column_that_keeps_its_name(tmp_pat
     (tmp_path / "log.csv").write_text("time_s,battery_current_a\n0,-1\n1,-2\n")
     turned = 'battery_current_a = { from = "battery_current_a", sign = -1 }'
     (tmp_path / "turn.toml").write_text(f'[columns]\ntime_s = "time_s"\n{turned}\n')
-    done = run("convert", "log.csv", "--map", "turn.toml", "-o", "b.csv", cwd=tmp_path)
+    done = rccsim(
+        "convert", "log.csv", "--map", "turn.toml", "-o", "b.csv", cwd=tmp_path
+    )
     assert "battery_current_a from battery_current_a × -1" in done.stderr
     assert read_trace(tmp_path / "b.csv")["battery_current_a"].tolist() == [1.0, 2.0]
 
 
 def test_convert_says_what_became_of_every_column(tmp_path):
     making.write_vesc(tmp_path / "ride.csv")
-    done = run("convert", "ride.csv", "-o", "ride.parquet", cwd=tmp_path)
+    done = rccsim("convert", "ride.csv", "-o", "ride.parquet", cwd=tmp_path)
     assert done.returncode == 0
     assert "mapped: battery_voltage_v from input_voltage" in done.stderr
     assert "guessed: accel_x_mps2" in done.stderr
     assert "dropped: " in done.stderr and "fault_code" in done.stderr
-    report = json.loads(run("convert", "ride.csv", "--json", cwd=tmp_path).stdout)
+    report = json.loads(rccsim("convert", "ride.csv", "--json", cwd=tmp_path).stdout)
     kept = {row["source"] for row in report["mapped"]}
     header = set(making.VESC_HEADER.rstrip(";").split(";"))
     rows_only = {"ms_today_imu", "gnss_posTime"}  # they tell where IMU and GNSS lack
@@ -148,10 +146,10 @@ def test_convert_says_what_became_of_every_column(tmp_path):
 def test_convert_gives_the_same_by_csv_gzip_parquet_and_pipe(tmp_path):
     making.write_vesc(tmp_path / "ride.csv")
     for name in ("a.csv", "a.csv.gz", "a.parquet"):
-        assert run("convert", "ride.csv", "-o", name, cwd=tmp_path).returncode == 0
-    piped = run("convert", "ride.csv", cwd=tmp_path).stdout
+        assert rccsim("convert", "ride.csv", "-o", name, cwd=tmp_path).returncode == 0
+    piped = rccsim("convert", "ride.csv", cwd=tmp_path).stdout
     assert piped == (tmp_path / "a.csv").read_text()
-    again = run("convert", "-", input=piped, cwd=tmp_path).stdout
+    again = rccsim("convert", "-", stdin=piped, cwd=tmp_path).stdout
     assert again == piped
     first = read_log(tmp_path / "ride.csv").trace
     for name in ("a.csv", "a.csv.gz", "a.parquet"):
@@ -163,7 +161,7 @@ def test_convert_gives_the_same_by_csv_gzip_parquet_and_pipe(tmp_path):
 
 def test_convert_refuses_to_write_csv_under_another_formats_name(tmp_path):
     making.write_vesc(tmp_path / "ride.csv")
-    done = run("convert", "ride.csv", "-o", "ride.mcap", cwd=tmp_path)
+    done = rccsim("convert", "ride.csv", "-o", "ride.mcap", cwd=tmp_path)
     assert done.returncode == 2 and "ride.mcap" in done.stderr
     assert not (tmp_path / "ride.mcap").exists()
 
@@ -193,7 +191,7 @@ def test_poles_are_asked_for_only_where_they_matter(tmp_path):
 
 
 def test_convert_without_a_log_lists_readers_and_maps():
-    rows = json.loads(run("convert", "--json").stdout)
+    rows = json.loads(rccsim("convert", "--json").stdout)
     names = {row["name"] for row in rows}
     assert {"rccsim", "ros1", "ros2", "mf4", "vesc_tool", "bmw_i3_tum"} <= names
 

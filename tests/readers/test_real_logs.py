@@ -12,6 +12,7 @@ import pytest
 
 from rcc_sim.errors import InputError
 from rcc_sim.readers import on_one_clock, read_log
+from tests.program import rccsim
 from tests.readers.making import convert_bag
 
 DATA = Path(__file__).resolve().parents[2].parent / "shared" / "data"
@@ -299,10 +300,6 @@ def test_a_real_trip_is_the_same_by_mf4(path, tmp_path):
 
 
 def test_the_json_of_convert_is_json(tmp_path):
-    import subprocess
-    import sys
-
     (path,) = files("real_rc/vesc_tool_csv/*.csv")
-    words = [sys.executable, "-m", "rcc_sim", "convert", str(path), "--json"]
-    done = subprocess.run(words, capture_output=True, text=True)
+    done = rccsim("convert", path, "--json")
     assert json.loads(done.stdout)["rows"] == 400

@@ -1,8 +1,5 @@
 """A draft of a column map: what a header says by words and units."""
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 
@@ -13,6 +10,7 @@ from rcc_sim.readers import read_log
 from rcc_sim.readers.column_map import load_map, map_of, shipped_maps
 from rcc_sim.readers.suggest import drafted, meaning_of, unit_in
 from rcc_sim.source import open_source
+from tests.program import rccsim
 
 
 @pytest.mark.parametrize(
@@ -69,17 +67,7 @@ def test_a_draft_reads_the_log_that_it_was_made_for(tmp_path):
     with pytest.raises(InputError) as error:
         read_log(log)
     assert "--suggest-map" in error.value.hint
-    command = [
-        sys.executable,
-        "-m",
-        "rcc_sim",
-        "convert",
-        log,
-        "--suggest-map",
-        "-o",
-        by,
-    ]
-    done = subprocess.run(command, capture_output=True, text=True)
+    done = rccsim("convert", log, "--suggest-map", "-o", by)
     assert done.returncode == 0, done.stderr
     draft = by.read_text()
     assert "#   Gear" in draft and 'unit = "date"' in draft
@@ -138,7 +126,6 @@ def test_a_file_that_a_shipped_map_reads_gets_that_map(tmp_path):
     log = tmp_path / "run.csv"
     row = ",".join("1" for _ in dart.header)
     log.write_text("\n".join([",".join(dart.header), row, row]))
-    command = [sys.executable, "-m", "rcc_sim", "convert", log, "--suggest-map"]
-    done = subprocess.run(command, capture_output=True, text=True)
+    done = rccsim("convert", log, "--suggest-map")
     assert map_of(done.stdout, log).columns == dart.columns
     assert "shipped map dart" in done.stderr

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from itertools import pairwise
 
 import numpy as np
@@ -21,6 +19,7 @@ from rcc_sim.report.gap_page import gap_page
 from rcc_sim.report.html import page
 from rcc_sim.report.text import figures
 from rcc_sim.trace import Trace
+from tests.program import rccsim
 
 
 @pytest.fixture
@@ -66,8 +65,7 @@ def test_a_gap_has_its_verdict_doubt_and_place_on_the_page(gap):
 @pytest.mark.slow
 def test_gap_writes_its_page_from_the_command_line(tmp_path):
     def run(*words):
-        command = [sys.executable, "-m", "rcc_sim", *words]
-        done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
+        done = rccsim(*words, cwd=tmp_path)
         assert done.returncode == 0, done.stderr
         return done.stdout
 

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import subprocess
-import sys
 from xml.etree import ElementTree
 
 import matplotlib.colors
@@ -17,6 +14,7 @@ from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.report.figures import plot_cycles, plot_gap, plot_overlay
 from rcc_sim.report.plots import COLOURS, plot_run, save
 from rcc_sim.similitude.dimensionless import dimensionless_trace
+from tests.program import rccsim
 from tests.report.made import NASTY, diagnosis_report
 
 GAP = {
@@ -31,12 +29,6 @@ GAP = {
 }
 
 
-def run(*words, cwd):
-    command = [sys.executable, "-m", "rcc_sim", *map(str, words)]
-    env = os.environ | {"MPLBACKEND": "agg"}
-    return subprocess.run(command, capture_output=True, text=True, cwd=cwd, env=env)
-
-
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """Return a folder with a drive at two sizes and a gap."""
@@ -48,7 +40,7 @@ def folder(tmp_path_factory):
         ("simulate", "rcc", "--cycle", "s.csv", "--imposed", "-o", "small.csv"),
         ("simulate", "r1t", "--cycle", part, "--imposed", "-o", "large.csv"),
     ):
-        assert run(*words, cwd=place).returncode == 0
+        assert rccsim(*words, cwd=place).returncode == 0
     return place
 
 
@@ -73,7 +65,7 @@ def test_a_figure_is_written_whole_and_twice_the_same(words, folder, tmp_path):
         pictures = []
         for name in ("one", "two") if ending == ".svg" else ("one",):
             path = tmp_path / f"{name}{ending}"
-            done = run("plot", *words.split(), "-o", path, cwd=folder)
+            done = rccsim("plot", *words.split(), "-o", path, cwd=folder)
             assert (done.returncode, done.stdout) == (0, ""), done.stderr
             pictures.append(path.read_bytes())
         assert pictures[0].startswith(head) and pictures[0] == pictures[-1]
@@ -105,7 +97,7 @@ def test_a_figure_is_the_same_on_another_day(ending, tmp_path, monkeypatch):
     ],
 )
 def test_a_mistake_is_one_line_and_leaves_no_file(words, folder):
-    done = run("plot", *words.split(), cwd=folder)
+    done = rccsim("plot", *words.split(), cwd=folder)
     lines = done.stderr.splitlines()
     assert done.returncode == 2 and done.stdout == ""
     assert lines[0].startswith("error: ") and "Traceback" not in done.stderr

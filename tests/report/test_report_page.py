@@ -6,8 +6,6 @@ import dataclasses
 import html.parser
 import json
 import re
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -19,6 +17,7 @@ from rcc_sim.report.provenance import run_record
 from rcc_sim.report.text import escaped, percent, printable, probable, tag
 from rcc_sim.report.verdict import verdict_of
 from rcc_sim.trace import Trace
+from tests.program import rccsim
 from tests.report.made import NASTY, diagnosis_report
 
 VOID = {"meta", "br", "hr", "input", "rect", "path"}
@@ -270,8 +269,7 @@ def test_what_was_run_has_versions_and_hashes(tmp_path):
 
 def test_energy_writes_a_page_of_its_drives(tmp_path):
     def run(*words):
-        command = [sys.executable, "-m", "rcc_sim", *words]
-        return subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
+        return rccsim(*words, cwd=tmp_path)
 
     for name, more in (("a", ()), ("b", ("--lane-change-every", "20"))):
         drive = ("simulate", "rcc", "--cycle", "udds[20:60]", "--imposed")

@@ -13,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rcc_sim.report.text import BARS, sparkline
+from tests.program import rccsim
 
 
 def on_terminal(*words, cwd, **env):
@@ -121,7 +122,6 @@ def test_without_colour_nothing_is_coloured_and_bars_fit_the_width(nasty):
 
 def test_a_pipe_has_data_alone(nasty):
     folder, name = nasty
-    command = [sys.executable, "-m", "rcc_sim", "energy", name]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=folder)
+    done = rccsim("energy", name, cwd=folder)
     assert done.returncode == 0 and done.stderr == ""
     assert not set(BARS) & set(done.stdout) and "\x1b" not in done.stdout
