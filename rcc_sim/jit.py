@@ -45,25 +45,43 @@ def jit(function: F) -> F:
     return function
 
 
+def over_arrays(function: F) -> F:
+    """Mark kernel code that goes through whole arrays, and is not in any hot loop.
+
+    It is called where it stands, not written out there, and compiles several times as
+    fast.
+    """
+    function.__called__ = True  # type: ignore[attr-defined]
+    return jit(function)
+
+
 @functools.cache
-def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
+def compiled(
+    function: Callable[..., Any], *, inner: bool = False
+) -> Callable[..., Any]:
     """Return the machine-code twin of a function marked with :func:`jit`.
 
-    The twin is cached on disk below :func:`cache_folder`, whose name follows the
-    source of the whole package: an edit anywhere is a new cache, because numba's
-    own check looks at the file of the called function alone. Where that folder cannot
-    be written, it compiles anew.
+    An ``inner`` one is called by other twins alone: without what lets Python call it
+    it takes two thirds of the time to compile. The twin is cached on disk below
+    :func:`cache_folder`, whose name follows the source of the whole package: an edit
+    anywhere is a new cache, because numba's own check looks at the file of the called
+    function alone. Where that folder cannot be written, it compiles anew.
     """
     numba = _numba()
     assert isinstance(function, FunctionType)
     twin = _twin(function, Twins(_used(function)))
-    numba.config.CACHE_DIR = str(getattr(function, "__cache_folder__", cache_folder()))
+    folder = getattr(function, "__cache_folder__", cache_folder())
+    # the two ways have the same name there
+    numba.config.CACHE_DIR = str(folder / "inner" if inner else folder)
     options: dict[str, Any] = {
         "cache": _can_cache(),
         "error_model": "numpy",
         "nogil": True,
     }
-    made: Callable[..., Any] = numba.njit(forceinline=True, **options)(twin)
+    if inner:
+        options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+    options["forceinline"] = not hasattr(function, "__called__")
+    made: Callable[..., Any] = numba.njit(**options)(twin)
     return made
 
 
@@ -128,7 +146,7 @@ class Twins(dict[str, Any]):
         self._kernels = {k: used[k] for k in kernels}
 
     def __missing__(self, name: str) -> Any:
-        self[name] = twin = compiled(self._kernels[name])
+        self[name] = twin = compiled(self._kernels[name], inner=True)
         return twin
 
 

@@ -15,16 +15,19 @@ import math
 
 import numpy as np
 
-from rcc_sim.jit import jit
+from rcc_sim.jit import over_arrays
 
 FREEDOM = 8.0
 """Degrees of freedom of the t-distribution that whitened residuals follow."""
 
-TURNS, STEPS, SOLVED, SIZED = 3, 12, 2, 6
-"""Turns of scale and memory; steps of the shares, of the memory, of a size, in each."""
+TURNS, STEPS, SOLVED = 3, 12, 2
+"""Turns of scale and memory; steps of the shares, and of the memory, in each."""
+
+SIZED, NEAR = 100, 1e-4
+"""Steps of a size at most, and the change from which on it takes no more."""
 
 
-@jit
+@over_arrays
 def whiten(e, unit, valid, edges, weight, rest, gain, fade, w):
     """Write to w[j] the valid of e[j, i] / unit[i], less what those before foresee.
 
@@ -56,7 +59,7 @@ def whiten(e, unit, valid, edges, weight, rest, gain, fade, w):
             k += 1
 
 
-@jit
+@over_arrays
 def follow_drift(each, rows, time, variance, sd, gain, fade):
     """Write how a drift is followed that dies away in so many rows.
 
@@ -73,7 +76,7 @@ def follow_drift(each, rows, time, variance, sd, gain, fade):
         unsure = variance + fade[k] ** 2 * (unsure * (1.0 - gain[k]) - variance)
 
 
-@jit
+@over_arrays
 def leave_drift(e, rows, sd, gain, fade, w):
     """Write to w[j, k] the innovation of e[j, rows[k]], in its standard deviations.
 
@@ -88,7 +91,7 @@ def leave_drift(e, rows, sd, gain, fade, w):
             drift = fade[k] * (drift + gain[k] * new)
 
 
-@jit
+@over_arrays
 def learn(e, rows, X, edges, share, memory, scale):
     """Learn the noise of a residual e (n,) from some of its rows.
 
@@ -118,7 +121,7 @@ def learn(e, rows, X, edges, share, memory, scale):
     return size
 
 
-@jit
+@over_arrays
 def look_back(e, rows, scale, edges, total, z, means):
     """Write the scaled residual z at some rows, and its means over the blocks before.
 
@@ -138,7 +141,7 @@ def look_back(e, rows, scale, edges, total, z, means):
             means[b, k] = there / (far - near)
 
 
-@jit
+@over_arrays
 def fit_scale(squares, X, share):
     """Write the shares of X (k, n) whose sum is the likeliest variance of squares.
 
@@ -163,7 +166,7 @@ def fit_scale(squares, X, share):
             share[j] = max(share[j], 1e-12 * most)
 
 
-@jit
+@over_arrays
 def fit_memory(z, means, memory, squares):
     """Write the weights of the means (m, n) that foresee z; return the size left.
 
@@ -190,16 +193,18 @@ def fit_memory(z, means, memory, squares):
         for j in range(m):
             N[j, j] += 1e-3 * trace / m + 1e-30
         solve(N, b)
-        memory[:] = b
+        for j in range(m):
+            memory[j] = b[j]
         square_left(z, means, memory, squares)
         variance = sized(squares, variance)
     return math.sqrt(variance)
 
 
-@jit
+@over_arrays
 def square_left(z, means, memory, squares):
     """Write the squares of what a memory does not foresee."""
-    squares[:] = z
+    for i in range(len(z)):
+        squares[i] = z[i]
     for j in range(len(memory)):
         for i in range(len(z)):
             squares[i] -= memory[j] * means[j, i]
@@ -207,16 +212,17 @@ def square_left(z, means, memory, squares):
         squares[i] *= squares[i]
 
 
-@jit
+@over_arrays
 def add_up(share, X, out):
     """Write the sum of the rows of X (k, n), each by its share."""
-    out[:] = 0.0
+    for i in range(len(out)):
+        out[i] = 0.0
     for j in range(len(share)):
         for i in range(len(out)):
             out[i] += share[j] * X[j, i]
 
 
-@jit
+@over_arrays
 def dot(x, y):
     """Sum of products, in four sums side by side, none of which waits for another."""
     a = b = c = d = 0.0
@@ -231,31 +237,34 @@ def dot(x, y):
     return (a + b) + (c + d)
 
 
-@jit
+@over_arrays
 def robust_size(squares):
-    """Return the square of the t-distribution's scale, from squared residuals."""
-    n = len(squares)
+    """Return the square of the t-distribution's scale, from squared residuals.
+
+    Their mean will do to begin with: the likelihood has one maximum, and a step leaves
+    nine times the share of those that lie far out of what they add.
+    """
     mean = 0.0
-    for i in range(n):
+    for i in range(len(squares)):
         mean += squares[i]
-    mean /= n
-    # most rows may be alike to the last bit
-    return sized(squares, max(np.median(squares) * 2.2, 1e-6 * mean) + 1e-300)
+    return sized(squares, mean / len(squares))
 
 
-@jit
+@over_arrays
 def sized(squares, size):
-    """Return the likeliest size of a t-distribution (squared), from one nearby on."""
+    """Return the likeliest size of a t-distribution (squared), from another on."""
     inverse = np.empty(len(squares))
     for _ in range(SIZED):
         for i in range(len(squares)):
-            inverse[i] = 1.0 / (FREEDOM * size + squares[i])
-        share = dot(squares, inverse) / len(squares)
-        size = (FREEDOM + 1.0) * size * share + 1e-300
-    return size
+            inverse[i] = 1.0 / (FREEDOM * size + squares[i] + 1e-300)
+        grown = (FREEDOM + 1.0) * dot(squares, inverse) / len(squares)
+        size *= grown
+        if abs(grown - 1.0) < NEAR:
+            break
+    return size + 1e-300
 
 
-@jit
+@over_arrays
 def solve(N, b):
     """Write to b the solution of N x = b by Cholesky; of N the lower half is used."""
     m = len(b)
