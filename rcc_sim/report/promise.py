@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from math import exp
+from math import ceil, exp
 from typing import Any
 
 from rcc_sim.diagnose.causes.cause import TIED
@@ -33,15 +33,21 @@ def promise(run: Mapping[str, Any], name: Callable[[str], str] = str) -> str:
     if not each:
         left = percent(exp(-told["least"]))
         return f"narrows the interval of {about} to {left} of its width"
-    alike = [
+    together = [
         f"{name(p['a'])} and {name(p['b'])}" for p in told["pairs"] if p["nats"] < TIED
     ]
-    parted = [nats for nats in each if nats >= TIED] or each
+    parted = [nats for nats in each if nats >= TIED]
+    if not parted:
+        most = max(each)
+        so_many = ceil(TIED / most) if most > 0 else 0
+        again = f": {so_many} such runs would do" if so_many else ""
+        return f"parts {about} by {_expected(most)} nats{again}"
     least, most = _expected(min(parted)), _expected(max(parted))
     nats = f"{least} nats" if least == most else f"{least} to {most} nats"
-    if 0 < len(alike) < len(each):
-        return f"parts {about}, but not {'; '.join(alike)}: by {nats} the others"
-    return f"parts {about} by {nats}" + (", any two" if len(each) > 1 else "")
+    parts = f"parts {about} by {nats}"
+    if together:
+        return f"{parts}, but leaves {'; '.join(together)} together"
+    return parts + (", any two" if len(each) > 1 else "")
 
 
 def _expected(nats: float) -> str:

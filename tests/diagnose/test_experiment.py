@@ -150,13 +150,18 @@ def test_what_one_run_parts_the_next_need_not():
 
 
 def test_a_run_is_told_with_what_it_does_not_part():
-    one = proposed("stand", 20.0, a_b=0.02, a_c=90.0, b_c=2000.0).expected_nats
-    document = {
-        "separates": ["a", "b", "c"],
-        "expected_nats": {"least": one.least, "pairs": [vars(p) for p in one.pairs]},
-    }
-    told = promise(document, str.upper)
-    assert told == "parts A, B, C, but not A and B: by 90 to over 1000 nats the others"
+    def told(**nats):
+        one = proposed("stand", 20.0, **nats).expected_nats
+        pairs = [vars(p) for p in one.pairs]
+        expected = {"least": one.least, "pairs": pairs}
+        document = {"separates": ["a", "b", "c"], "expected_nats": expected}
+        return promise(document, str.upper)
+
+    some = told(a_b=0.02, a_c=90.0, b_c=2000.0)
+    assert some == "parts A, B, C by 90 to over 1000 nats, but leaves A and B together"
+    assert told(a_b=9.0, a_c=9.0, b_c=9.0) == "parts A, B, C by 9 nats, any two"
+    little = told(a_b=0.5, a_c=0.1, b_c=0.1)
+    assert little == "parts A, B, C by 0.5 nats: 6 such runs would do"
     narrows = {"separates": ["a"], "expected_nats": {"least": np.log(2), "pairs": []}}
     assert promise(narrows) == "narrows the interval of a to 50 % of its width"
 
