@@ -146,6 +146,7 @@ def diagnose(
     farthest = max([moved_together(fit, stated), *pulls])
     if any(of_another(g.findings) for g in gaps):
         farthest = inf
+    unproven = not fresh and proved.shrink.may_be_none
     # what was found beside a stronger cause that ends is no surer than that
     early = [*accumulate((ends_early(c, fit, vehicle.known) for c in causes), or_)]
     chances = [
@@ -153,7 +154,7 @@ def diagnose(
             c,
             left,
             farthest,
-            doubtful=end or is_doubtful(c, loose),
+            doubtful=end or unproven or is_doubtful(c, loose),
             spared=left_by_stronger(c, causes),
         )
         for c, end in zip(causes, early, strict=True)

@@ -65,6 +65,15 @@ class Shrink:
     low: float
     high: float
 
+    @property
+    def may_be_none(self) -> bool:
+        """Whether it may be that nothing of it is gone.
+
+        Of 70 drives of the blind plant with causes, a third of them weak ones, the
+        interval ends at 0.53 in the widest, of 39 measured ones of a car at 0.14.
+        """
+        return self.low <= 0.0
+
 
 UNPROVEN = Shrink(0.0, 0.0, 0.0, -1.0, 1.0)
 """Where no row that could be judged was held out."""
