@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,28 @@ from rcc_sim.physics.powertrain import dq_voltages
 from rcc_sim.physics.record import column
 
 Array = NDArray[np.float64]
+
+OF_EVERY_CAR = {
+    "speed_ref_mps": "v_ref",
+    "steer_cmd_rad": "steer",
+    "speed_mps": "w",
+    "yaw_rate_radps": "r",
+    "accel_x_mps2": "a_x",
+    "accel_y_mps2": "a_y",
+    "motor_torque_nm": "tau",
+    "motor_speed_radps": "w",
+}
+OF_CURRENT = dict.fromkeys(("motor_current_a", "current_q_a", "current_d_a"), "i_q")
+OF_BATTERY = {"battery_voltage_v": "u", "battery_current_a": "i"}
+OF_POWER = {"battery_power_w": "P"}
+OF_THE_DRIVE = {
+    "throttle": "throttle",
+    "aux_power_w": "aux",
+    "slope": "slope",
+    "elevation_m": "z",
+}
+"""Columns of a log -> what the kernel's rows hold of them: of every car, of one whose
+motor's constants are known, of one whose battery is; of the drive, where not nil."""
 
 
 def trace_columns(
@@ -51,7 +73,13 @@ def trace_columns(
 
 
 def log_columns(
-    vehicle: Vehicle, rows: Any, *, n: float, n_file: float, K_t: float
+    vehicle: Vehicle,
+    rows: Any,
+    *,
+    n: float,
+    n_file: float,
+    K_t: float,
+    only: Collection[str] = (),
 ) -> dict[str, Array]:
     """Return what a car's log may hold of a run, column by edge name.
 
@@ -66,45 +94,39 @@ def log_columns(
         Motor speed over road speed, true and by the file's radius. [1/m]
     K_t : float
         Torque constant; 0 where unknown. [N m/A]
+    only : collection of str
+        Columns that are wanted, beside ``time_s``; all where empty.
     """
+
+    def read(fields: Mapping[str, str]) -> dict[str, Array]:
+        wanted = {c: of for c, of in fields.items() if not only or c in only}
+        return {name: column(rows, symbol) for name, symbol in wanted.items()}
+
     w = column(rows, "w")
-    out = {
-        "time_s": column(rows, "t"),
-        "speed_ref_mps": column(rows, "v_ref"),
-        "steer_cmd_rad": column(rows, "steer"),
-        "speed_mps": w * (n / n_file),
-        "yaw_rate_radps": column(rows, "r"),
-        "accel_x_mps2": column(rows, "a_x"),
-        "accel_y_mps2": column(rows, "a_y"),
-        "motor_torque_nm": column(rows, "tau"),
-        "motor_speed_radps": w * n,
-    }
+    out = {"time_s": column(rows, "t")} | read(OF_EVERY_CAR)
+    for name, times in (("speed_mps", n / n_file), ("motor_speed_radps", n)):
+        if name in out:
+            out[name] = w * times
     if K_t > 0:
-        omega = np.concatenate([w[:1], 0.5 * (w[1:] + w[:-1])]) * n  # as the currents
-        out |= _motor_columns(vehicle, column(rows, "i_q"), omega)
+        out |= read(OF_CURRENT)
+        if "current_d_a" in out:
+            out["current_d_a"] = 0.0 * out["current_d_a"]
+        if not only:
+            omega = np.concatenate([w[:1], 0.5 * (w[1:] + w[:-1])]) * n
+            out |= _voltages(vehicle, out["current_q_a"], omega)  # means, both
     if open_circuit_voltage(vehicle) is not None:
-        out["battery_voltage_v"] = column(rows, "u")
-        out["battery_current_a"] = column(rows, "i")
-        out["battery_voltage_v"][0] = open_circuit_voltage(vehicle)
-    out["battery_power_w"] = column(rows, "P")
-    for name, symbol in (
-        ("throttle", "throttle"),
-        ("aux_power_w", "aux"),
-        ("slope", "slope"),
-        ("elevation_m", "z"),
-    ):
-        values = column(rows, symbol)
-        if np.any(values):
-            out[name] = values
-    return out
+        out |= read(OF_BATTERY)
+        if "battery_voltage_v" in out:
+            out["battery_voltage_v"][0] = open_circuit_voltage(vehicle)
+    out |= read(OF_POWER)
+    return out | {c: x for c, x in read(OF_THE_DRIVE).items() if np.any(x)}
 
 
-def _motor_columns(vehicle: Vehicle, i_q: Array, omega: Array) -> dict[str, Array]:
-    out = {"motor_current_a": i_q, "current_q_a": i_q, "current_d_a": 0.0 * i_q}
+def _voltages(vehicle: Vehicle, i_q: Array, omega: Array) -> dict[str, Array]:
     motor = vehicle.motor
     resistance = vehicle.effects.get("copper_loss", {}).get("phase_resistance_ohm")
     if motor.average_inductance_h is None:
-        return out
+        return {}
     half = motor.inductance_difference_h
     L_q = motor.average_inductance_h.value + (half.value / 2 if half else 0.0)
     assert motor.poles is not None and motor.flux_linkage_wb is not None
@@ -116,4 +138,4 @@ def _motor_columns(vehicle: Vehicle, i_q: Array, omega: Array) -> dict[str, Arra
         poles=motor.poles,
         flux_linkage=motor.flux_linkage_wb.value,
     )
-    return out | {"voltage_d_v": V_d, "voltage_q_v": V_q}
+    return {"voltage_d_v": V_d, "voltage_q_v": V_q}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from math import inf
 
 import numpy as np
@@ -22,7 +23,7 @@ from rcc_sim.simulate.columns import log_columns
 from rcc_sim.simulate.drive import ROUNDING, Drive
 from rcc_sim.simulate.own import own_terms
 from rcc_sim.simulate.run import delay_lines
-from rcc_sim.simulate.sensors import sensed_columns
+from rcc_sim.simulate.sensors import sensed_columns, senses_own
 
 Array = NDArray[np.float64]
 
@@ -71,6 +72,7 @@ def replay(
     coarse: bool = False,
     turned: Array | None = None,
     wheels: float = 1.0,
+    only: Collection[str] = (),
 ) -> dict[str, Array]:
     """Run the vehicle along a log; return what it predicts at the log's rows.
 
@@ -89,6 +91,8 @@ def replay(
         known. What the gyro shows then follows from it, not from the model. [rad/s]
     wheels : float
         Inertia of the wheels over ``WHEELS``, by which they turn off the ground.
+    only : collection of str
+        Columns that are wanted, beside time and heading; all where empty.
 
     Returns
     -------
@@ -144,9 +148,10 @@ def replay(
         n=float(c["n"]),
         n_file=float(c["n_file"]),
         K_t=float(c["K_t"]),
+        only=() if senses_own(vehicle) else only,
     )
     columns["yaw_rad"] = record.column(table, "psi")
-    if turned is not None:
+    if turned is not None and "yaw_rate_radps" in columns:
         simulated = columns["yaw_rate_radps"]
         known = np.isfinite(turned)
         columns["yaw_rate_radps"] = np.where(known, turned, simulated)

@@ -155,6 +155,8 @@ class Whitener:
 
     def __call__(self, e: Array) -> Array:
         """Return residuals (n,) or signals (n, k), whitened, invalid rows dropped."""
+        if not e.any():  # as of a figure that a channel knows nothing of
+            return np.zeros((self._count, *e.shape[1:]))
         wide = np.require(np.atleast_2d(e.T), float, ["C", "W"])
         w = np.empty((len(wide), self._count))
         if self.drift is not None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import inf
@@ -136,21 +136,25 @@ class Problem:
         return self.predict({})
 
     def predict(
-        self, figures: dict[str, float], coarse: bool = False
+        self,
+        figures: dict[str, float],
+        coarse: bool = False,
+        only: Collection[str] = (),
     ) -> dict[str, Array]:
         """Columns that the model predicts with some figures changed."""
-        return self.driven(figures, self.recalls, coarse)
+        return self.driven(figures, self.recalls, coarse, only)
 
     def driven(
         self,
         figures: dict[str, float],
         recalls: Recalls = FREE,
         coarse: bool = False,
+        only: Collection[str] = (),
     ) -> dict[str, Array]:
-        """Columns that it predicts, in a free run by default."""
+        """Columns that it predicts, in a free run by default; all, or some ``only``."""
         settings = {k: x for k, x in figures.items() if k != WHEELS}
         vehicle = self.vehicle.changed(settings=settings) if settings else self.vehicle
-        return self.run(vehicle, recalls, coarse, figures.get(WHEELS, 1.0))
+        return self.run(vehicle, recalls, coarse, figures.get(WHEELS, 1.0), only)
 
     def run(
         self,
@@ -158,6 +162,7 @@ class Problem:
         recalls: Recalls = FREE,
         coarse: bool = False,
         wheels: float = 1.0,
+        only: Collection[str] = (),
     ) -> dict[str, Array]:
         """Columns that a vehicle predicts at the log's rows; a free run by default."""
         out = replay(
@@ -167,6 +172,7 @@ class Problem:
             coarse=coarse,
             turned=self.turned,
             wheels=wheels,
+            only=only,
         )
         if TURN_RATE in self.log:
             out[TURN_RATE] = turn_rate(out["time_s"], out["yaw_rad"])
@@ -175,7 +181,7 @@ class Problem:
         out = {name: self.charge.means(x) for name, x in out.items()}
         # the log's power was worked out with the energy that the file states
         stated, true = self.vehicle.battery_energy, vehicle.battery_energy
-        if stated and true:
+        if stated and true and "battery_power_w" in out:
             out["battery_power_w"] *= stated / true
         return out | {"time_s": self.log["time_s"]}
 
@@ -185,7 +191,9 @@ class Problem:
         A voltage by the current that flowed, u_0 - R i, where both were measured: the
         model's own errs with the drive, and would make a resistance look smaller.
         """
-        out = self.predict(figures, coarse) if figures or coarse else self.nominal
+        out = self.nominal
+        if figures or coarse:
+            out = self.predict(figures, coarse, {*self.channels, CURRENT})
         left = {c: self.log[c] - out[c] for c in self.channels}
         if VOLTAGE in left and CURRENT in self.log:
             ohm = figures.get(RESISTANCE, self.stated(RESISTANCE))

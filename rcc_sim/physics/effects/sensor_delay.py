@@ -74,7 +74,9 @@ def spline(at, time, values):
     """
     import numpy as np
 
-    slope, out = np.gradient(values, time), np.empty(len(at))
+    slope, out = np.empty(len(time)), np.empty(len(at))
+    slope[0] = (values[1] - values[0]) / (time[1] - time[0])
+    slope[-1] = (values[-1] - values[-2]) / (time[-1] - time[-2])
     fast = compiler_is_loaded() or len(time) > FEW_ROWS
     bend, walk = (compiled(f) if fast else f for f in (slopes_of, along))
     bend(time, values, slope, np.zeros(len(time)))
