@@ -193,6 +193,18 @@ def test_a_cause_that_needs_another_vehicle_is_an_even_chance_at_most():
     assert probability(cause, NOTHING, doubtful=True) == EVEN
 
 
+def test_a_cause_is_as_sure_as_what_it_was_taken_in_by():
+    """Where stated figures go back with it, that counts twice there, and here."""
+    alone, with_figures = (
+        Cause("road_load", ("effects.road_load.a_n",), 3.0, eased=x)
+        for x in (0.0, 16.0)
+    )
+    assert probability(alone, NOTHING) < 0.2
+    assert probability(with_figures, NOTHING) > 0.9
+    rivalled = replace(with_figures, rival=2.9)
+    assert probability(rivalled, NOTHING) == pytest.approx(EVEN)
+
+
 @pytest.mark.parametrize(
     ("unknown", "stops"), [(30.0, False), (150.0, False), (250.0, True)]
 )

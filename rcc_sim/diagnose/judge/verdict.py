@@ -207,7 +207,8 @@ def probability(
     vehicle's: one of them stands for what is not known. Of what is left so many nats
     are ``spared``, that stronger causes may leave.
     """
-    margin = min(cause.gain - 0.5 * ENOUGH, cause.gain - cause.rival)
+    clear = cause.gain - cause.rival if cause.rival else inf  # else no better than none
+    margin = min(cause.gain + cause.eased - 0.5 * ENOUGH, clear)
     if abs(margin) < EQUAL:
         margin = 0.0
     chance = 1 / (1 + exp(-min(margin, 200.0) / SOFT))
