@@ -101,6 +101,8 @@ class Diagnosis:
         }
         if self.left.is_real:
             unexplained |= {"acts_as": self.left.acts_as, "follows": self.left.follows}
+            if len(self.gaps) > 1:
+                unexplained["log"] = self.gaps[self.left.log].log
         return {
             "schema": "rccsim.diagnosis/1",
             "log": first.log,

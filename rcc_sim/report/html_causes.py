@@ -169,6 +169,8 @@ def _left(diagnosis: Mapping[str, Any]) -> Markup:
             for w in windows
         )
         text += f", most of it at {when}"
+    if left.get("log"):
+        text += f", in {left['log']}"
     return tag("p", f"{text}.")
 
 

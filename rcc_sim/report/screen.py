@@ -126,9 +126,10 @@ def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
     yield from doubtful
     if found.left.is_real:
         left = found.left
+        of_its = f"{short(found.gaps[left.log].log)}: " if several else ""
         yield (
             "LEFT",
-            f"acts as {way_of(left.acts_as)}, follows {left.follows} "
+            f"{of_its}acts as {way_of(left.acts_as)}, follows {left.follows} "
             f"({left.evidence:.0f} nats)"
             + ", at " * bool(left.windows)
             + ", ".join(

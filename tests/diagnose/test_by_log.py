@@ -66,6 +66,9 @@ def test_a_log_that_does_not_go_with_the_others_is_named(logs):
     assert [x["disagrees"] for x in document["by_log"]] == [False, False, True]
     assert "log2.csv does not go with the other logs" in verdict_of(document)
     assert any(line.startswith("DOUBT") for line in screen(found))
+    left = document["unexplained"]
+    assert left.get("log", made[2].log.name) in {one.log.name for one in made}
+    assert ("acts_as" in left) == ("log" in left)
 
 
 @pytest.mark.parametrize(

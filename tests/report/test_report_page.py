@@ -188,6 +188,14 @@ def test_what_hangs_together_is_left_over_though_no_row_is_off(report):
         assert told in page(dataclasses.replace(report, diagnosis=one))
 
 
+def test_what_is_left_of_several_logs_is_told_with_its_log(report):
+    when = [{"start_s": 0.0, "end_s": 12.0}]
+    left = {"fraction": 0.3, "windows": when, "acts_as": "drag", "log": "<b>.csv"}
+    one = report.diagnosis | {"unexplained": left}
+    shown = page(dataclasses.replace(report, diagnosis=one))
+    assert "most of it at 0 to 12 s, in &lt;b&gt;.csv." in shown
+
+
 def test_what_is_left_is_left_by_the_mended_vehicle(report):
     """It has the causes, and the stated figures as the log moved them."""
     verdict = verdict_of(report.diagnosis)
