@@ -87,3 +87,23 @@ def test_a_meter_that_is_all_noise_tells_nothing_of_the_battery():
     left = dict(zip(problem.channels, problem.residuals({}), strict=True))
     plain = problem.log[CURRENT] - problem.nominal[CURRENT]
     assert np.std(left[CURRENT] - plain) < 0.5 * np.std(plain)
+
+
+@pytest.mark.parametrize(
+    ("kept", "judged"),
+    [(1.0, "all"), (0.7, "where it is known"), (0.3, "all")],
+)
+def test_where_the_motors_current_was_lost_the_push_is_no_other_noise(kept, judged):
+    """Its rows alone are judged; where most were lost, the battery by itself."""
+    problem = problem_of(*rough_drive())
+    n = len(problem.log)
+    lost = np.arange(n) > kept * n
+    lost[::7] |= kept == 1.0  # single rows lost are bridged
+    current = np.where(lost, np.nan, problem.log[MOTOR])
+    log = Trace({**problem.log.columns, MOTOR: current}, name="lost")
+    other = problem_of(log, problem.vehicle)
+    rows = dict(zip(other.channels, other.judged, strict=True))[CURRENT]
+    late = np.arange(n) > kept * n + 20
+    assert rows[1 : int(kept * n)].all()
+    assert rows[late].all() == (judged == "all")
+    assert rows[late].any() == (judged == "all" and kept < 1.0)

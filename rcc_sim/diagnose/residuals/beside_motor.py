@@ -25,8 +25,13 @@ from rcc_sim.simulate.roughness import sensor_noise
 from rcc_sim.trace import Trace
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 MOTOR, SPEED = "motor_current_a", "motor_speed_radps"
+
+KNOWN = 0.5
+"""Share of the battery's rows at which the motor's current must be known: the others
+are left out, or else the battery is judged by itself."""
 
 PUSHED = 0.3
 """Time over which the motor's current is a mean. A rough road pushes for longer, and
@@ -45,12 +50,15 @@ class BesideMotor:
         What the battery gives more per ampere of the motor's current.
     rows : int
         Over which that is a mean.
+    known : ndarray of bool, shape (n,)
+        Where the motor's current is known, so that the battery can be judged.
     """
 
     motor: int
     battery: int
     drawn: Array
     rows: int
+    known: Mask
 
     def __call__(self, tracks: Sequence[Array]) -> list[Array]:
         """Return tracks, of measured less predicted or of a change of it, so judged."""
@@ -65,18 +73,23 @@ def beside_motor(
 ) -> BesideMotor | None:
     """Return how a log's battery is judged beside its motor; None if it is not.
 
-    A current that is mostly its sensor's noise tells as much less.
+    A current that is mostly its sensor's noise tells as much less. What pushes the
+    motor shows in the battery alone where its current was lost: as another noise.
     """
     battery = next((c for c in (CURRENT, POWER) if c in channels), None)
     if MOTOR not in channels or battery is None:
         return None
     rows = rows_in(log["time_s"], PUSHED)
+    known_at = moving_mean(np.isfinite(log[MOTOR]).astype(float), rows) > 0.5 / rows
+    if known_at[np.isfinite(log[battery])].mean() < KNOWN:
+        return None
     left = log[MOTOR] - nominal[MOTOR]
     size = float(np.nanvar(moving_mean(left, rows)))
     noise = sensor_noise(left) ** 2 / rows
     known = max(1 - noise / size, 0.0) if size > 0 else 0.0
     drawn = known * drawn_by_motor(vehicle, nominal, battery)
-    return BesideMotor(channels.index(MOTOR), channels.index(battery), drawn, rows)
+    places = channels.index(MOTOR), channels.index(battery)
+    return BesideMotor(*places, drawn, rows, known_at)
 
 
 def drawn_by_motor(vehicle: Vehicle, nominal: Mapping[str, Array], of: str) -> Array:

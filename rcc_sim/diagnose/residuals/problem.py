@@ -15,7 +15,7 @@ from rcc_sim.analyse.gap_regimes import HELD, Scale, moving_mean, rows_in, stand
 from rcc_sim.analyse.heading import TURN_RATE, turn_rate
 from rcc_sim.analyse.logcheck.rest import standing as surely_standing
 from rcc_sim.definitions.vehicle import Vehicle
-from rcc_sim.diagnose.residuals.beside_motor import beside_motor
+from rcc_sim.diagnose.residuals.beside_motor import BesideMotor, beside_motor
 from rcc_sim.diagnose.residuals.lateness import lateness, likeliest_delay
 from rcc_sim.diagnose.residuals.shapes import LATERAL, TORQUE, Shape, shapes_of
 from rcc_sim.diagnose.residuals.terminals import (
@@ -326,7 +326,10 @@ class Problem:
     @cached_property
     def judged(self) -> list[NDArray[np.bool_]]:
         """Rows of each channel on which the model may be judged."""
-        return [self.known(c) & np.isfinite(self.nominal[c]) for c in self.channels]
+        rows = [self.known(c) & np.isfinite(self.nominal[c]) for c in self.channels]
+        if isinstance(self.beside, BesideMotor):
+            rows[self.beside.battery] &= self.beside.known
+        return rows
 
     def known(self, channel: str) -> NDArray[np.bool_]:
         """Rows at which the log tells of a channel what a model could say."""
