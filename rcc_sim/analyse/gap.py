@@ -364,5 +364,5 @@ def not_logged(log: Trace, energy: EnergyGap) -> list[str]:
         why = lone or "neither battery nor shaft was logged"
         notes.append(f"{why}: there is no energy gap")
     if "speed_mps" not in log:
-        notes.append("no speed_mps was logged: the model's own stands for it")
+        notes.append("there is no usable speed_mps: the model's own stands for it")
     return notes

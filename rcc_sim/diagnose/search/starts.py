@@ -20,9 +20,9 @@ from rcc_sim.diagnose.search.screen import Screen, Screened
 
 Array = NDArray[np.float64]
 
-AFRESH, BEGUN = 10, 6
-"""Candidates that are screened once more beside the figures that the file states; and
-how many are refined from there: so far away the screen is not exact to a half."""
+BEGUN = 6
+"""Candidates that are refined from the figures that the file states: so far away the
+screen is not exact to a half."""
 
 PROMISING, FOLLOWED = 18.0, 2
 """Nats that a slope must promise for a candidate to be followed along its curve; and
@@ -120,19 +120,19 @@ def begun(
 def afresh(
     engine: Engine, fit: Fit, found: Sequence[Screened]
 ) -> list[tuple[Screened, Fit]]:
-    """The likeliest candidates once more, beside the figures that the file states.
+    """Candidates once more, beside the figures that the file states.
 
     Tolerances that stand in for an effect have gone a long way, over thresholds and
-    limits, and need not find back as it grows.
+    limits, and need not find back as it grows. All are screened: beside what stands in
+    for it an effect may promise nothing.
     """
     stated = {k.key: k.value for k in fit.knobs if k.sd < inf and BIAS not in k.key}
     start = engine.at(fit, fit.values | stated)
     if start is None:
         return []
     start = replace(start, signals=engine.signals(start.values, start.knobs))
-    first = sorted(found, key=lambda r: -max(r.gain, r.promised.nats))
-    named = {r.candidate.effect: r.candidate for r in first}
-    again = engine.each(Screen(engine, start).best, list(named.values())[:AFRESH])
+    every = {r.candidate.effect: r.candidate for r in found}
+    again = engine.each(Screen(engine, start).best, list(every.values()))
     along = engine.whitened(start.signals, fit.noise)
 
     def one(r: Screened) -> tuple[Screened, Fit] | None:
