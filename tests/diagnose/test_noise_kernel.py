@@ -22,6 +22,19 @@ def test_a_size_is_that_at_which_weighted_squares_come_to_it():
     assert balance == pytest.approx(1.0, abs=1e-3)
 
 
+@pytest.mark.parametrize(("share", "times"), [(0.01, 99.0), (0.08, 1e3), (0.6, 0.0)])
+def test_a_size_is_found_beside_rows_far_out_and_rows_alike(share, times):
+    other = np.where(RNG.random(4000) < share, times, 1.0)
+    squares = (other * RNG.normal(size=4000)) ** 2
+    s, balance = sized(squares)
+    assert balance == pytest.approx(1.0, abs=1e-3)
+    assert s < 0.1 * squares.mean() or times == 0.0
+
+
+def test_a_size_of_nothing_is_next_to_nothing():
+    assert 0.0 < compiled(kernel.robust_size)(np.zeros(100)) < 1e-200
+
+
 def test_shares_of_a_variance_are_found_again():
     X = np.stack([np.ones(20_000), RNG.uniform(0, 2, 20_000) ** 2])
     true = np.array([0.5, 3.0])

@@ -205,9 +205,10 @@ def probability(
     An even chance at most where it is ``doubtful``, as where it ends as its search
     does, or beside stated figures that are ``farthest`` off by as many sds as another
     vehicle's: one of them stands for what is not known. Of what is left so many nats
-    are ``spared``, that stronger causes may leave.
+    are ``spared``, that stronger causes may leave. Nats by which stated figures go back
+    count twice against no effect at all, as where it was taken in.
     """
-    clear = cause.gain - cause.rival if cause.rival else inf  # else no better than none
+    clear = cause.gain - cause.rival if cause.rival else inf  # no other gains a nat
     margin = min(cause.gain + cause.eased - 0.5 * ENOUGH, clear)
     if abs(margin) < EQUAL:
         margin = 0.0

@@ -69,8 +69,8 @@ class Shrink:
     def may_be_none(self) -> bool:
         """Whether it may be that nothing of it is gone.
 
-        Of 70 drives of the blind plant with causes, a third of them weak ones, the
-        interval ends at 0.53 in the widest, of 39 measured ones of a car at 0.14.
+        Of 56 drives of the blind plant in which causes were named the interval begins
+        at 0.53 in the least proven, of 66 measured ones of a car at 0.31.
         """
         return self.low <= 0.0
 
