@@ -27,6 +27,7 @@ from rcc_sim.definitions.sensors import INERTIAL
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
 from rcc_sim.readers import Log, read_log, with_vehicle
+from rcc_sim.readers.car import radps_per_mps
 from rcc_sim.simulate.drive import is_on_stand
 from rcc_sim.simulate.roughness import sensor_noise
 from rcc_sim.trace import Trace
@@ -131,13 +132,16 @@ def open_log(
         for name, values in checked.trace.columns.items()
         if name not in checked.unusable
     }
+    rolled: tuple[Finding, ...] = ()
+    if "speed_mps" in checked.unusable:
+        kept, rolled = _by_motor(kept, vehicle)
     log, turned = _forward(Trace(kept, name=trace.name))
     slow = [f.channel for f in checked.findings if f.kind == "slow_channel"]
     log, held = between_updates(log, slow)
     log, renewed = refreshed(log)
     _refuse(log, checked.findings)
     told = [f for f in checked.findings if not turned or f.kind != turned[0].kind]
-    own = (*notes, *turned, *held, *renewed)
+    own = (*notes, *rolled, *turned, *held, *renewed)
     findings = (*file_findings(reading), *own, *told)
     return Logged(log, findings, reading, tuple(hide))
 
@@ -192,6 +196,26 @@ def _without(trace: Trace, hide: Sequence[str]) -> Trace:
             raise InputError(f"{trace.name}: no column {name} to hide", f"has {there}")
     kept = {n: values for n, values in trace.columns.items() if n not in hide}
     return Trace(kept, name=trace.name)
+
+
+def _by_motor(
+    columns: dict[str, Array], vehicle: Vehicle
+) -> tuple[dict[str, Array], tuple[Finding, ...]]:
+    """Return columns without a speed of use with that which the motor's makes."""
+    if "motor_speed_radps" not in columns:
+        return columns, ()
+    try:
+        lever = radps_per_mps(vehicle)
+    except InputError:  # the file does not state it
+        return columns, ()
+    found = Finding(
+        "rolled",
+        "speed_mps",
+        "is motor_speed_radps over the file's gear and radius: the logged one is of no "
+        "use",
+        severity="warning",
+    )
+    return {**columns, "speed_mps": columns["motor_speed_radps"] / lever}, (found,)
 
 
 def _forward(trace: Trace) -> tuple[Trace, tuple[Finding, ...]]:
