@@ -133,7 +133,8 @@ def open_log(
         if name not in checked.unusable
     }
     rolled: tuple[Finding, ...] = ()
-    if "speed_mps" in checked.unusable:
+    wrong = {"speed_mps", "speed_ref_mps"}.intersection(checked.unusable)
+    if wrong == {"speed_mps"}:  # without commands it would be driven another way
         kept, rolled = _by_motor(kept, vehicle)
     log, turned = _forward(Trace(kept, name=trace.name))
     slow = [f.channel for f in checked.findings if f.kind == "slow_channel"]
