@@ -77,10 +77,10 @@ def compiled(
         "cache": _can_cache(),
         "error_model": "numpy",
         "nogil": True,
+        "forceinline": not hasattr(function, "__called__"),
     }
     if inner:
         options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-    options["forceinline"] = not hasattr(function, "__called__")
     made: Callable[..., Any] = numba.njit(**options)(twin)
     return made
 

@@ -20,8 +20,7 @@ from pathlib import Path
 from subprocess import CompletedProcess, TimeoutExpired
 
 OUTPUTS = ("out", "err")
-COMMAND = (sys.executable, "-m", "rcc_sim")
-"""`rccsim` from the very start."""
+"""Files that a process writes its two streams to."""
 
 FORKED = multiprocessing.get_context("forkserver")
 FORKED.set_forkserver_preload(["tests.loaded"])

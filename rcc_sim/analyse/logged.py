@@ -27,7 +27,6 @@ from rcc_sim.definitions.sensors import INERTIAL
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
 from rcc_sim.readers import Log, read_log, with_vehicle
-from rcc_sim.readers.car import radps_per_mps
 from rcc_sim.simulate.drive import is_on_stand
 from rcc_sim.simulate.roughness import sensor_noise
 from rcc_sim.trace import Trace
@@ -49,6 +48,14 @@ BACKWARD = 0.01
 
 WHOLE = (-inf, inf)
 """From when to when a log counts, all of it. [s]"""
+
+ROLLED = Finding(
+    "rolled",
+    "speed_mps",
+    "is motor_speed_radps over the file's gear and radius: the logged one is of no use",
+    severity="warning",
+)
+"""What is said where a motor's speed takes the place of one that is of no use."""
 
 FEWEST = 10
 """Rows below which a log is not compared."""
@@ -134,8 +141,10 @@ def open_log(
     }
     rolled: tuple[Finding, ...] = ()
     wrong = {"speed_mps", "speed_ref_mps"}.intersection(checked.unusable)
-    if wrong == {"speed_mps"}:  # without commands it would be driven another way
-        kept, rolled = _by_motor(kept, vehicle)
+    # without its commands it would be driven another way
+    if wrong == {"speed_mps"} and "motor_speed_radps" in kept:
+        kept["speed_mps"] = kept["motor_speed_radps"] * vehicle.lever
+        rolled = (ROLLED,)
     log, turned = _forward(Trace(kept, name=trace.name))
     slow = [f.channel for f in checked.findings if f.kind == "slow_channel"]
     log, held = between_updates(log, slow)
@@ -197,26 +206,6 @@ def _without(trace: Trace, hide: Sequence[str]) -> Trace:
             raise InputError(f"{trace.name}: no column {name} to hide", f"has {there}")
     kept = {n: values for n, values in trace.columns.items() if n not in hide}
     return Trace(kept, name=trace.name)
-
-
-def _by_motor(
-    columns: dict[str, Array], vehicle: Vehicle
-) -> tuple[dict[str, Array], tuple[Finding, ...]]:
-    """Return columns without a speed of use with that which the motor's makes."""
-    if "motor_speed_radps" not in columns:
-        return columns, ()
-    try:
-        lever = radps_per_mps(vehicle)
-    except InputError:  # the file does not state it
-        return columns, ()
-    found = Finding(
-        "rolled",
-        "speed_mps",
-        "is motor_speed_radps over the file's gear and radius: the logged one is of no "
-        "use",
-        severity="warning",
-    )
-    return {**columns, "speed_mps": columns["motor_speed_radps"] / lever}, (found,)
 
 
 def _forward(trace: Trace) -> tuple[Trace, tuple[Finding, ...]]:

@@ -99,6 +99,11 @@ class Vehicle:
         return self.controller.mode if self.controller else "torque"
 
     @property
+    def own_acting(self) -> tuple[OwnEffect, ...]:
+        """Effects of the user's own that are switched on, by their names."""
+        return tuple(self.own[n] for n in sorted(self.effects) if n in self.own)
+
+    @property
     def wheelbase(self) -> float:
         """Distance between the axles. [m]"""
         return self.body.cg_to_front_axle_m.value + self.body.cg_to_rear_axle_m.value

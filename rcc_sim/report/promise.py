@@ -39,9 +39,8 @@ def promise(run: Mapping[str, Any], name: Callable[[str], str] = str) -> str:
     parted = [nats for nats in each if nats >= TIED]
     if not parted:
         most = max(each)
-        so_many = ceil(TIED / most) if most > 0 else 0
-        again = f": {so_many} such runs would do" if so_many else ""
-        return f"parts {about} by {_expected(most)} nats{again}"
+        times = f": {ceil(TIED / most)} such runs would do" if most >= LEAST else ""
+        return f"parts {about} by {_expected(most)} nats{times}"
     least, most = _expected(min(parted)), _expected(max(parted))
     nats = f"{least} nats" if least == most else f"{least} to {most} nats"
     parts = f"parts {about} by {nats}"

@@ -95,7 +95,11 @@ def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
     """Yield the word at the left and what it says."""
     yield from _gap(found)
     several = len(found.gaps) > 1
-    of_one = f"{short(found.gap.log)}: " if several else ""
+
+    def of(log: str) -> str:
+        return f"{short(log)}: " if several else ""
+
+    of_one = of(found.gap.log)
     bars = _bars(found, room)
     if bars:
         yield "OVER", f"{of_one}gap of the battery power, {bars[0]}"
@@ -126,11 +130,10 @@ def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
     yield from doubtful
     if found.left.is_real:
         left = found.left
-        of_its = f"{short(found.gaps[left.log].log)}: " if several else ""
         yield (
             "LEFT",
-            f"{of_its}acts as {way_of(left.acts_as)}, follows {left.follows} "
-            f"({left.evidence:.0f} nats)"
+            f"{of(found.gaps[left.log].log)}acts as {way_of(left.acts_as)}, "
+            f"follows {left.follows} ({left.evidence:.0f} nats)"
             + ", at " * bool(left.windows)
             + ", ".join(
                 f"{w['start_s']:.1f} to {w['end_s']:.1f} s"

@@ -97,21 +97,18 @@ def log_columns(
     only : collection of str
         Columns that are wanted, beside ``time_s``; all where empty.
     """
+    times = {"speed_mps": n / n_file, "motor_speed_radps": n, "current_d_a": 0.0}
 
     def read(fields: Mapping[str, str]) -> dict[str, Array]:
         wanted = {c: of for c, of in fields.items() if not only or c in only}
-        return {name: column(rows, symbol) for name, symbol in wanted.items()}
+        found = {name: column(rows, symbol) for name, symbol in wanted.items()}
+        return {c: x * times[c] if c in times else x for c, x in found.items()}
 
-    w = column(rows, "w")
     out = {"time_s": column(rows, "t")} | read(OF_EVERY_CAR)
-    for name, times in (("speed_mps", n / n_file), ("motor_speed_radps", n)):
-        if name in out:
-            out[name] = w * times
     if K_t > 0:
         out |= read(OF_CURRENT)
-        if "current_d_a" in out:
-            out["current_d_a"] = 0.0 * out["current_d_a"]
         if not only:
+            w = column(rows, "w")
             omega = np.concatenate([w[:1], 0.5 * (w[1:] + w[:-1])]) * n
             out |= _voltages(vehicle, out["current_q_a"], omega)  # means, both
     if open_circuit_voltage(vehicle) is not None:

@@ -123,8 +123,7 @@ class NotCompiled(RccError):
 
 def own_terms(vehicle: Vehicle) -> OwnTerms:
     """Return the own effects that a vehicle has switched on, sensors aside."""
-    on = (vehicle.own[name] for name in sorted(vehicle.effects) if name in vehicle.own)
-    return _terms(tuple(own for own in on if own.kind != "sensed"))
+    return _terms(tuple(o for o in vehicle.own_acting if o.kind != "sensed"))
 
 
 _terms = functools.cache(OwnTerms)

@@ -23,7 +23,7 @@ from rcc_sim.simulate.columns import log_columns
 from rcc_sim.simulate.drive import ROUNDING, Drive
 from rcc_sim.simulate.own import own_terms
 from rcc_sim.simulate.run import delay_lines
-from rcc_sim.simulate.sensors import sensed_columns, senses_own
+from rcc_sim.simulate.sensors import sensed_columns
 
 Array = NDArray[np.float64]
 
@@ -141,6 +141,8 @@ def replay(
         lines = delay_lines(values)
         back = (*recalls, ago)
         own.call(run_replayed, True, P, work, *given, lines, *filled, back)
+    if any(o.kind == "sensed" for o in vehicle.own_acting):
+        only = ()  # it may read any
     c = work[0][0]
     columns = log_columns(
         vehicle,
@@ -148,7 +150,7 @@ def replay(
         n=float(c["n"]),
         n_file=float(c["n_file"]),
         K_t=float(c["K_t"]),
-        only=() if senses_own(vehicle) else only,
+        only=only,
     )
     columns["yaw_rad"] = record.column(table, "psi")
     if turned is not None and "yaw_rate_radps" in columns:

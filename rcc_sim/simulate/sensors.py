@@ -45,9 +45,3 @@ def sensed_columns(
             acting = module.behind_speed(*acting)
         seen |= module.sensed(seen, seen["time_s"], *acting)
     return seen
-
-
-def senses_own(vehicle: Vehicle) -> bool:
-    """Tell whether a sensor effect of the user's own acts: it may read any column."""
-    acting = (vehicle.own[name] for name in vehicle.effects if name in vehicle.own)
-    return any(own.kind == "sensed" for own in acting)

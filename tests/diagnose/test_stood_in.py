@@ -1,22 +1,17 @@
 """A cause that two tolerances stand in for is found from what the file states."""
 
-import numpy as np
 import pytest
 
-from rcc_sim.analyse.logged import Logged
-from rcc_sim.definitions.cycle import Cycle, parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.run import diagnose
-from rcc_sim.simulate.run import LaneChanges, simulate
-from rcc_sim.trace import Trace
-from tests.scaled_drive import drive, logged
+from rcc_sim.simulate.run import LaneChanges
+from tests.scaled_drive import NOISE, drive, logged
 
 TRUE = 1.5
 """A load of two fifths of its mass. [kg]"""
 
 
-ASKED = ("time_s", "speed_ref_mps", "steer_cmd_rad")
-NOISE = {"motor_current_a": 0.3, "accel_x_mps2": 0.1, "battery_current_a": 0.05}
+WITHOUT_SPEED = {c: sd for c, sd in NOISE.items() if c != "speed_mps"}
 
 
 @pytest.mark.slow
@@ -33,19 +28,15 @@ def test_mass_and_inertia_that_were_pulled_hide_no_payload(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_damping_that_was_pulled_hides_no_drag_of_another_course():
+def test_a_damping_that_was_pulled_hides_no_drag_of_another_course(tmp_path):
     """A log without a speed: beside the damping, a rolling resistance promises nothing.
 
     A slope and an accelerometer's bias were named together.
     """
-    car, town = load_vehicle("rcc"), parse_cycle("udds[20:125]")
-    cycle = Cycle("c", 0.2256 * town.time_s, 0.416 * town.speed_mps)
+    car = load_vehicle("rcc")
     true = car.changed(effects={"rolling_resistance": {"coefficient": 0.015}})
-    run = simulate(true, cycle, output_rate=100.0).trace
-    rng = np.random.default_rng(4)
-    seen = {c: run[c] + rng.normal(0, sd, len(run)) for c, sd in NOISE.items()}
-    log = Trace({c: run[c] for c in ASKED} | seen, name="drive")
-    (cause,) = diagnose([Logged(log, (), None)], car).asserted
+    log = logged(drive(true, None), car, 4, tmp_path, noise=WITHOUT_SPEED)
+    (cause,) = diagnose([log], car).asserted
     assert "rolling_resistance" in {cause.cause.effect, *cause.cause.tied}
     rolls = {cause.cause.effect: cause.figures, **cause.instead}["rolling_resistance"]
     assert rolls["coefficient"].low < 0.015 < rolls["coefficient"].high

@@ -15,7 +15,7 @@ def way(request, monkeypatch):
     monkeypatch.setattr(sensor_delay, "compiler_is_loaded", lambda: fast)
 
 
-def test_it_is_scipys_spline_with_the_slopes_of_parabolas_at_its_ends(way):
+def test_it_is_scipys_spline_with_the_slopes_of_secants_at_its_ends(way):
     rng = np.random.default_rng(1)
     time = np.cumsum(rng.uniform(0.05, 0.15, 200))
     values = np.cumsum(rng.standard_normal(200))

@@ -67,7 +67,7 @@ def late(values, time, delay, sampled):
 
 
 def spline(at, time, values):
-    """Cubic spline through rows, its end slopes those of parabolas.
+    """Cubic spline through rows, its end slopes those of its last secants.
 
     scipy's ``CubicSpline``: its module takes a third of a second to load, and every
     diagnosis of a car would wait for it.
