@@ -10,6 +10,8 @@ from rcc_sim.physics.effects.tyre_relaxation import (
 )
 from rcc_sim.physics.effects.tyre_saturation import tyre_force, tyre_stiffness
 
+STRAIGHT = 1e-30  # m/s and rad/s; what of a turn below which it is over
+
 
 @jit
 def turn_velocity(c, s, dt):
@@ -73,12 +75,17 @@ def corner(c, s, u, f, v, dt):
     m dv_y/dt = F_F cos δ + F_R (the turning of the axes is done elsewhere) and
     I_z dr/dt = l_F F_F cos δ - l_R F_R by the implicit midpoint rule, tyre forces
     linear about the start of the step: second order, stable down to standstill.
+
+    A turn dies away and never ends. Once nothing is left of it that any sum would hold,
+    it has: in numbers too small to be normal a processor is a hundred times as slow.
     """
     f.F_F = 0.0
     f.F_R = 0.0
-    f.v_y = s.v_y
-    f.r = s.r
-    if u.delta == 0.0 and s.v_y == 0.0 and s.r == 0.0:
+    if (u.delta == 0.0 or v == 0.0) and max(abs(s.v_y), abs(s.r)) < STRAIGHT:
+        s.v_y = 0.0
+        s.r = 0.0
+        f.v_y = 0.0
+        f.r = 0.0
         return
     cos = u.cos_delta
     across = s.v_y + c.l_F * s.r

@@ -22,15 +22,12 @@ from rcc_sim.diagnose.search.pursue import (
     with_effect,
 )
 from rcc_sim.diagnose.search.screen import Screened
-from rcc_sim.diagnose.search.starts import afresh
+from rcc_sim.diagnose.search.starts import FAR_BEHIND, afresh
 
 Array = NDArray[np.float64]
 
 REFINED = 6
 """Candidates that are refined after the screen."""
-
-FAR_BEHIND = 0.2
-"""Share of the best gain below which a candidate is not refined."""
 
 HOPELESS = 0.3
 """Share of what is needed below which no screened gain is worth refining."""

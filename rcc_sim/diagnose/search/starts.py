@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.diagnose.causes.candidates import Candidate
+from rcc_sim.diagnose.causes.cause import ENOUGH
 from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
@@ -20,9 +21,13 @@ from rcc_sim.diagnose.search.screen import Screen, Screened
 
 Array = NDArray[np.float64]
 
-BEGUN = 6
-"""Candidates that are refined from the figures that the file states: so far away the
-screen is not exact to a half."""
+FAR_BEHIND = 0.2
+"""Share of the best gain below which a candidate is not refined."""
+
+BEGUN, EXACT = 6, 0.5
+"""Candidates that are refined from the figures that the file states, at most; and share
+of the nats a cause must gain that one must promise there: so far away the screen is not
+exact to a half."""
 
 PROMISING, FOLLOWED = 18.0, 2
 """Nats that a slope must promise for a candidate to be followed along its curve; and
@@ -124,7 +129,7 @@ def afresh(
 
     Tolerances that stand in for an effect have gone a long way, over thresholds and
     limits, and need not find back as it grows. All are screened: beside what stands in
-    for it an effect may promise nothing.
+    for it an effect may promise nothing. What is far behind the best then is no cause.
     """
     stated = {k.key: k.value for k in fit.knobs if k.sd < inf and BIAS not in k.key}
     start = engine.at(fit, fit.values | stated)
@@ -143,5 +148,7 @@ def afresh(
         along_now = [signals[k.key] for k in fit.knobs]
         return begun(r.candidate, r.values, fit, now, along_now)
 
-    best = sorted((r for r in again if r.values), key=lambda r: -r.gain)
-    return [pair for pair in engine.each(one, best[:BEGUN]) if pair]
+    best = sorted((r for r in again if r.values), key=lambda r: -r.gain)[:BEGUN]
+    least = max(EXACT * ENOUGH, FAR_BEHIND * max((r.gain for r in best), default=0.0))
+    worth = [r for r in best if r.gain > least]
+    return [pair for pair in engine.each(one, worth) if pair]

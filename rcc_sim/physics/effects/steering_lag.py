@@ -5,6 +5,8 @@ import math
 from rcc_sim.jit import jit
 from rcc_sim.physics.effect import Effect, Param, Sought
 
+ARRIVED = 1e-100  # N m or rad; what a lag has left to go below which it is there
+
 
 @jit
 def caught_up(dt, time_constant):
@@ -16,10 +18,17 @@ def caught_up(dt, time_constant):
 
 @jit
 def lagged(value, target, share):
-    """Value after a tick in which a lag makes a share of the way to its target."""
+    """Value after a tick in which a lag makes a share of the way to its target.
+
+    What were left of the way to a target of 0 would become a number too small to be
+    normal and stay one, with which a processor is a hundred times as slow.
+    """
     if share >= 1.0:
         return target
-    return value + (target - value) * share
+    new = value + (target - value) * share
+    if abs(new - target) < ARRIVED:
+        return target
+    return new
 
 
 @jit
