@@ -339,7 +339,7 @@ def columns(fit: Fit, signals: Mapping[str, Array]) -> tuple[list[str], Array]:
     names = [k.key for k in fit.knobs]
     there = [zero if n.startswith(BIAS) else signals.get(n, zero) for n in names]
     new = [n for n in signals if n.startswith(BIAS) or n == WHEELS]
-    return names + new, np.stack(there + [signals[n] for n in new], axis=1)
+    return names + new, np.stack(there + [signals[n] for n in new]).T
 
 
 def precision(fit: Fit, signals: Mapping[str, Array]) -> Array:
