@@ -27,6 +27,9 @@ MOSTLY = 0.5
 its own past foresees it: of 24 commanded drives of the blind plant without a cause none
 has more than 0.34 in any channel but the speed."""
 
+VAGUE = 0.1
+"""What the share that is explained may come short of itself by before that is told."""
+
 JUDGED = 4
 """Channels, or what stands for the rest of them, that are told at most."""
 
@@ -71,7 +74,8 @@ def verdict_of(diagnosis: Mapping[str, Any]) -> str:
     doubt = doubt_of(diagnosis.get("moved") or {}, together, named=True)
     parts.append(doubt)
     if OTHER not in doubt:
-        parts.append(too_many(len(diagnosis.get("causes") or [])))
+        found = diagnosis.get("causes") or []
+        parts.append(too_many({c["effect"]: c.get("parameters") or {} for c in found}))
     sentence = "; ".join(part for part in parts if part)
     end = "" if sentence.endswith("?") else "."
     return sentence[:1].upper() + sentence[1:] + end if sentence else ""
@@ -161,9 +165,30 @@ def hangs_together(diagnosis: Mapping[str, Any]) -> str:
     )
 
 
-def too_many(causes: int) -> str:
-    """Return what so many causes at once ask; nothing where they are few."""
-    return f"{causes} causes at once: {OTHER}" if causes >= MANY else ""
+def too_many(causes: Mapping[str, Mapping[str, Any]]) -> str:
+    """Return what so many causes at once ask, by their figures; nothing of few.
+
+    One less will do where a figure is at an end of what it may be.
+
+    >>> payload = {"mass_kg": {"value": -794.0, "low": -794.0, "high": -511.0}}
+    >>> too_many({"payload": payload, "road_load": {}, "current_sensor_scale": {}})
+    '3 causes at once, payload at a bound: was it this vehicle that drove?'
+    >>> too_many({"payload": payload})
+    ''
+    """
+    ends = [name for name, of in causes.items() if any(map(is_at_bound, of.values()))]
+    if len(causes) < MANY - bool(ends):
+        return ""
+    where = f", {listed(ends)} at a bound" if ends else ""
+    return f"{len(causes)} causes at once{where}: {OTHER}"
+
+
+def is_at_bound(figure: Any) -> bool:
+    """Tell whether a figure is at an end of its interval, which its bounds then cut."""
+    return isinstance(figure, Mapping) and figure.get("value") in (
+        figure.get("low"),
+        figure.get("high"),
+    )
 
 
 def judged(names: Sequence[str], energy_wh: float | None) -> str:
@@ -203,6 +228,9 @@ def _because(diagnosis: Mapping[str, Any]) -> str:
     if explained is None:
         return text + "it"
     text += f"{percent(explained)} of what is beyond noise"
+    low = shrink.get("low", explained)
+    if low < explained - VAGUE:
+        text += f" ({percent(low)} at least)" if low > 0 else ", or nothing"
     if shrink.get("held_out"):
         text += ", on data that no fit saw"
     return text

@@ -4,6 +4,7 @@ from math import inf
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 from scipy.signal import lfilter
 
 from rcc_sim.analyse.logged import Logged
@@ -68,6 +69,35 @@ def test_what_moved_far_is_doubtful_and_farther_another_vehicle_s():
     assert "body.mass_kg" not in says[0]
     assert says[1].endswith("measure it again, or state a larger sd.")
     assert "30 sds" in says[2] and says[2].endswith("was it this vehicle that drove?")
+
+
+def test_three_causes_one_at_a_bound_are_another_vehicle_s():
+    """A Tesla's log on a pick-up's file: less than nothing carried, no road load."""
+    payload = {"mass_kg": {"value": -794.0, "low": -794.0, "high": -511.0}}
+    inside = {"mass_kg": {"value": -600.0, "low": -794.0, "high": -511.0}}
+    others = [{"effect": e, "parameters": {}} for e in ("road_load", "headwind")]
+
+    def says(figures):
+        causes = [{"effect": "payload", "parameters": figures}, *others]
+        return verdict_of({"status": "partly_explained", "causes": causes})
+
+    assert "payload at a bound: was it this vehicle that drove?" in says(payload)
+    assert "vehicle" not in says(inside)
+
+
+@pytest.mark.parametrize(
+    "low, told",
+    [
+        (0.97, "100 % of what is beyond noise, on data"),
+        (0.2, "100 % of what is beyond noise (20 % at least), on data"),
+        (-0.3, "100 % of what is beyond noise, or nothing, on data"),
+    ],
+)
+def test_what_the_held_out_rows_do_not_prove_is_said_in_the_sentence(low, told):
+    shrink = {"held_out": True, "explained": 1.0, "low": low, "high": 1.0}
+    causes = [{"effect": "aerodynamic_drag", "probability": 0.5, "parameters": {}}]
+    said = {"status": "partly_explained", "causes": causes, "shrink": shrink}
+    assert told in verdict_of(said)
 
 
 def test_no_gap_is_doubtful_where_most_of_what_is_left_is_foreseen():
