@@ -202,10 +202,11 @@ def _verdict(found: Diagnosis) -> str:
     if found.status == "no_gap" and False in energies:
         told = told.replace("no gap", "no cause: no gap row by row") + f"; {RARE}"
     elif found.status != "no_gap" and all(energies):
-        told += "; its energy is within what the file's sds allow, its course is not"
+        told += "; what the file's sds allow could be all of its energy, not its course"
     least = min((a.probability for a in found.asserted), default=1.0)
     if least < SURE:
-        sure = "not for sure" if least > EVEN else "no likelier than not"
+        sure = "not for sure" if least > EVEN else "as likely as not"
+        sure = "less likely than not" if least < EVEN else sure
         told += f"; {sure}, at {probable(least)}"
     return told
 

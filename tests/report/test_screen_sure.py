@@ -32,7 +32,8 @@ def found(probabilities=(), shrink=(0.9, 0.8, 1.0)):
         ((0.995,), "explained"),
         ((0.995, SURE), "explained"),
         ((0.995, 0.6), "explained; not for sure, at 60 %"),
-        ((0.49,), "explained; no likelier than not, at 49 %"),
+        ((0.49,), "explained; less likely than not, at 49 %"),
+        ((0.5, 0.99), "explained; as likely as not, at 50 %"),
     ],
 )
 def test_the_least_sure_cause_is_told_beside_the_verdict(probabilities, told):
