@@ -8,10 +8,10 @@ from scipy.signal import lfilter
 
 from rcc_sim.diagnose.causes.cause import Cause
 from rcc_sim.diagnose.judge.restless import (
+    coming_and_going,
     is_doubtful,
     restless,
     unaccounted,
-    wandering,
 )
 
 ROW, ROWS = 0.01, 7500
@@ -91,18 +91,18 @@ def test_a_cause_is_doubtful_that_shows_in_such_channels_above_all():
     assert not is_doubtful(lag, loose)
     assert not is_doubtful(Cause("payload", ("z",), 90.0), loose)
     engine = engine_of("speed_mps", "yaw_rate_radps", "motor_current_a")
-    (said,) = wandering(engine, [friction, lag], loose, 0)
+    (said,) = coming_and_going(engine, [friction, lag], loose, 0)
     assert said.channel == "speed_mps"
     assert "beside drivetrain_friction, " in said.what
     assert said.what.endswith("so does motor_current_a")
-    assert not wandering(engine, [lag], loose, 0)
-    assert not wandering(engine, [friction], loose, 1)
+    assert not coming_and_going(engine, [lag], loose, 0)
+    assert not coming_and_going(engine, [friction], loose, 1)
 
 
 def test_without_a_cause_it_counts_as_well():
     loose = np.array([True, False])
     assert unaccounted([], loose).tolist() == [True, False]
-    (said,) = wandering(engine_of("speed_mps", "yaw_rate_radps"), [], loose, 0)
+    (said,) = coming_and_going(engine_of("speed_mps", "yaw_rate_radps"), [], loose, 0)
     assert said.what.startswith("comes and goes, more than")
 
 

@@ -92,9 +92,9 @@ def findings_of(
     return (
         *misread(fit, log),
         *behind(fit, problem),
-        *wandering(wanders, log, accelerometer=FELT in problem.channels),
+        *of_heights(wanders, log, accelerometer=FELT in problem.channels),
         *disagreeing(engine, fit, log),
-        *restless.wandering(engine, causes, loose, log),
+        *restless.coming_and_going(engine, causes, loose, log),
         *without_bends(problem, causes),
         *unjudged(problem, causes),
     )
@@ -105,7 +105,7 @@ def misread(fit: Fit, log: int = 0) -> tuple[Finding, ...]:
     return climbs(fit, log) + gains(fit, log)
 
 
-def wandering(
+def of_heights(
     wanders: Mapping[int, Wander], log: int = 0, *, accelerometer: bool = False
 ) -> tuple[Finding, ...]:
     """Return what to say of an altimeter that wanders, or may.

@@ -88,7 +88,7 @@ def unaccounted(causes: Sequence[Cause], loose: Mask) -> Mask:
     return np.zeros_like(loose)
 
 
-def wandering(
+def coming_and_going(
     engine: Engine, causes: Sequence[Cause], loose: Mask, log: int
 ) -> tuple[Finding, ...]:
     """Return what to say of a log's channels that are ``unaccounted``."""
