@@ -176,7 +176,11 @@ def too_many(causes: Mapping[str, Mapping[str, Any]]) -> str:
     >>> too_many({"payload": payload})
     ''
     """
-    ends = [name for name, of in causes.items() if any(map(is_at_bound, of.values()))]
+    ends = [
+        name.replace("_", " ")
+        for name, figures_of in causes.items()
+        if any(map(is_at_bound, figures_of.values()))
+    ]
     if len(causes) < MANY - bool(ends):
         return ""
     where = f", {listed(ends)} at a bound" if ends else ""
