@@ -136,6 +136,8 @@ def diagnose(
         stands = only(engine, found, stands, [])
         proved = proven(stands.engine, fit=stands.fit, level={})
     acting, causes, left = stands.engine, stands.causes, stands.left
+    if not causes and doubtless:
+        left = replace(left, opens_gap=True)
     wanders = {r.log: r.heights for r in left.rivals if r.heights} | felt.wanders
     loose = restless(acting, stands.fit, found.null)
     said = partial(findings_of, acting, stands.fit, wanders, causes, loose)

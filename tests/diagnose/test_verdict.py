@@ -28,7 +28,11 @@ from rcc_sim.diagnose.judge.verdict import (
     worsens,
 )
 from rcc_sim.diagnose.noise.whitener import Whitener
-from rcc_sim.diagnose.profiles.remainder import UNKNOWN_ENOUGH, Remainder
+from rcc_sim.diagnose.profiles.remainder import (
+    DRAG_OVER_TIME,
+    UNKNOWN_ENOUGH,
+    Remainder,
+)
 from rcc_sim.diagnose.proof.hold_out import Proof, Shrink
 from rcc_sim.diagnose.run import is_refuted
 from rcc_sim.diagnose.search.compete import outweighed
@@ -184,6 +188,14 @@ def test_what_is_left_decides_where_nothing_is_named():
     assert status_of([CAUSE], NOTHING, 2.5, 1.9, **beyond) == "explained"
     assert status_of([CAUSE], NOTHING, 3.0, 2.9, doubtless=False) == "explained"
     assert status_of([CAUSE], NOTHING, -0.1, -5.9, doubtless=False) != "explained"
+
+
+def test_what_a_rough_road_may_be_is_real_where_the_energy_is_off_as_well():
+    rough = Remainder(UNKNOWN_ENOUGH + 5, *DRAG_OVER_TIME, [])
+    off = replace(rough, opens_gap=True)
+    assert status_of([], rough) == "no_gap"
+    assert status_of([], off) == "unexplained"
+    assert status_of([], replace(off, evidence=UNKNOWN_ENOUGH - 1)) == "no_gap"
 
 
 def test_a_cause_that_needs_another_vehicle_is_an_even_chance_at_most():

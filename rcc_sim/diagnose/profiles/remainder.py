@@ -27,9 +27,10 @@ Array = NDArray[np.float64]
 
 UNKNOWN_ENOUGH, ROUGH_ENOUGH = 40.0, 50.0
 """Nats beyond which a remainder is a real one; the second for a drag that follows time,
-which a rough road is, too. Of 284 drives of the blind plant without a cause (200 of
-them `rccsim blind make --kinds null --cases 200 --seed 9001`) six leave 40 nats or more
-of such a drag, one more than 44, and none more than 31 of anything else."""
+which a rough road is, too, unless the energy is off as well. Of 284 drives of the blind
+plant without a cause (200 of them `rccsim blind make --kinds null --cases 200 --seed
+9001`) six leave 40 nats or more of such a drag, one more than 44, and none more than 31
+of anything else."""
 
 AFTER_ENOUGH, LATERAL_ENOUGH = 30.0, 15.0
 """The same for what follows the time since braking or a stop, and for a grip or an
@@ -124,6 +125,8 @@ class Remainder:
         Nats that a model may leave that is as exact as models are (``EXACT``).
     heights : Wander or None
         What an altimeter that wanders would make of it.
+    opens_gap : bool
+        The energy is off by more than its doubt, as no rough road has it.
     """
 
     evidence: float
@@ -136,6 +139,7 @@ class Remainder:
     rivals: tuple[Remainder, ...] = ()
     inexact: float = 0.0
     heights: Wander | None = None
+    opens_gap: bool = False
 
     def against(self, effect: str, shares: Array) -> float:
         """Nats of what is left in the tracks in which a cause shows itself.
@@ -171,7 +175,7 @@ class Remainder:
             return inf
         if self.acts_as in CORNERING:
             chance = LATERAL_ENOUGH
-        elif (self.acts_as, self.follows) == DRAG_OVER_TIME:
+        elif (self.acts_as, self.follows) == DRAG_OVER_TIME and not self.opens_gap:
             chance = ROUGH_ENOUGH
         else:
             chance = AFTER_ENOUGH if self.follows in AFTER else UNKNOWN_ENOUGH
