@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from rcc_sim.analyse.gap_energy import COVERAGE
 from rcc_sim.diagnose.diagnosis import Diagnosis
 from rcc_sim.diagnose.judge.verdict import Asserted, of_another
-from rcc_sim.report.text import figures, rounded, short
+from rcc_sim.report.text import figures, listed, rounded, short
 from rcc_sim.report.verdict import OTHER, doubt_of, hangs_together, too_many
 
 SHOWN = 4
-"""Figures that are told at most."""
+"""Figures, or logs, that are told at most."""
 
 SURE = 0.9
 """Probability of a cause below which the verdict says that it is not for sure."""
@@ -48,6 +48,8 @@ def doubts(found: Diagnosis) -> Iterator[tuple[str, str]]:
                 f"{rounded(one.before or 0.0, 1)} % before, "
                 f"{rounded(one.after or 0.0, 1)} % after; {OTHERWISE}",
             )
+    if not found.asserted:
+        yield from one_parts(found)
     for a in filter(is_a_drag_as_well, found.asserted):
         yield "DOUBT", AS_A_DRAG[a.cause.effect]
     other = of_another(found.gap.findings)
@@ -72,6 +74,26 @@ def is_a_drag_as_well(one: Asserted) -> bool:
     """Tell whether a drag over time may be in the place of a hill, or of a wind."""
     varies = one.cause.effect in AS_A_DRAG and bool(one.cause.profiles)
     return varies and one.probability < SURE
+
+
+def one_parts(found: Diagnosis) -> Iterator[tuple[str, str]]:
+    """Logs that alone part from the model, where no cause would mend all of them."""
+    off, fit = (
+        [short(g.log) for g in found.gaps if g.energy.within is way]
+        for way in (False, True)
+    )
+    if off and fit:
+        yield (
+            "DOUBT",
+            f"the energy of {named(off)} is beyond its doubt, that of {named(fit)} is "
+            f"not: {OTHERWISE}",
+        )
+
+
+def named(logs: Sequence[str]) -> str:
+    """Return the names of some logs, the first of many."""
+    more = len(logs) - SHOWN
+    return listed([*logs[:SHOWN], f"{more} more"] if more > 0 else logs)
 
 
 def moved_figures(found: Diagnosis) -> Iterator[tuple[str, str]]:

@@ -15,7 +15,7 @@ from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.fitting.knobs import Knob
 from rcc_sim.diagnose.fitting.pulls import moved, moved_together
 from rcc_sim.diagnose.run import diagnose
-from rcc_sim.report.doubts import doubts, moved_figures
+from rcc_sim.report.doubts import doubts, moved_figures, one_parts
 from rcc_sim.report.screen import screen
 from rcc_sim.report.verdict import verdict_of
 from rcc_sim.simulate.run import LaneChanges, simulate
@@ -98,6 +98,28 @@ def test_what_the_held_out_rows_do_not_prove_is_said_in_the_sentence(low, told):
     causes = [{"effect": "aerodynamic_drag", "probability": 0.5, "parameters": {}}]
     said = {"status": "partly_explained", "causes": causes, "shrink": shrink}
     assert told in verdict_of(said)
+
+
+@pytest.mark.parametrize(
+    "within, told",
+    [
+        ((True, False, True), "of b is beyond its doubt, that of a and c is not: "),
+        ((False, *6 * (True,)), "that of b, c, d, e and 2 more is not: "),
+        ((True, True), None),
+        ((False, False), None),
+        ((False, None), None),
+    ],
+)
+def test_logs_that_part_alone_are_named(within, told):
+    energies = [SimpleNamespace(within=x) for x in within]
+    gaps = [
+        SimpleNamespace(log=f"{name}.csv", energy=e)
+        for name, e in zip("abcdefg", energies, strict=False)
+    ]
+    said = [
+        text.replace(".csv", "") for _, text in one_parts(SimpleNamespace(gaps=gaps))
+    ]
+    assert [told in text for text in said] == [True] if told else not said
 
 
 def test_no_gap_is_doubtful_where_most_of_what_is_left_is_foreseen():
