@@ -306,7 +306,8 @@ def _refuse(log: Trace, vehicle: Vehicle) -> None:
     raise InputError(
         f"{log.name}: nothing drives {vehicle.name}, whose mode is {vehicle.mode}: "
         f"the log should hold {either}",
-        f"there are {', '.join(log.columns)}",
+        f"there are {', '.join(log.columns)}; of one by another name a --map tells, "
+        "which `rccsim convert LOG --suggest-map` drafts",
     )
 
 

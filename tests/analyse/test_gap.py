@@ -341,8 +341,11 @@ def test_a_log_that_nothing_drives_is_refused_with_what_it_should_hold(tmp_path)
     t = np.arange(0, 10, 0.01)
     path = written(tmp_path, {"time_s": t, "battery_power_w": 50 + np.sin(t)})
     vehicle = truck(HEAVY)
-    with pytest.raises(InputError, match=r"nothing drives truck.*torque.*speed_mps"):
+    needs = r"nothing drives truck.*torque.*speed_mps"
+    with pytest.raises(InputError, match=needs) as refused:
         gap(open_log(path, vehicle), vehicle)
+    assert "battery_power_w" in refused.value.hint
+    assert "--suggest-map" in refused.value.hint
 
 
 def test_commands_in_a_wrong_unit_are_not_called_missing(tmp_path):
