@@ -138,7 +138,7 @@ def finished(
         )
     if len(time) < 2:
         rows = "one row" if len(time) else "a header and no rows"
-        raise InputError(f"{name}: {rows}: a log has at least two")
+        raise InputError(f"{name}: {rows}: too few for a log")
     for column, values in columns.items():
         wild = np.isinf(values)
         if wild.any():

@@ -202,7 +202,7 @@ def _verdict(found: Diagnosis) -> str:
     if found.status == "no_gap" and False in energies:
         told = told.replace("no gap", "no cause: no gap row by row") + f"; {RARE}"
     elif found.status != "no_gap" and all(energies):
-        told += "; what the file's sds allow could be all of its energy, not its course"
+        told += "; the course of the signals shows it, their energy alone would not"
     least = min((a.probability for a in found.asserted), default=1.0)
     if least < SURE:
         sure = "not for sure" if least > EVEN else "as likely as not"

@@ -294,6 +294,20 @@ def test_a_logger_that_was_switched_off_lost_no_rows():
     assert (found.start_s, found.end_s) == (pytest.approx(1829.9), pytest.approx(5430))
 
 
+@pytest.mark.parametrize("share", [0.05, 0.15, 0.3])
+def test_rows_lost_here_and_there_are_counted(share):
+    """Of an even clock: that some are missing makes the others no less even."""
+    rng = np.random.default_rng(4)
+    kept = rng.random(6000) > share
+    kept[[0, -1]] = True
+    time = np.round(np.arange(6000) / 100 + rng.normal(0, 1e-4, 6000), 5)[kept]
+    trace = Trace({"time_s": time, "speed_mps": np.sin(time) + 2.0})
+    (found,) = [f for f in check_log(trace).findings if f.channel == "time_s"]
+    assert found.kind in ("gap", "lost_rows")
+    told = int(found.what.split()[1])
+    assert told == pytest.approx(6000 - kept.sum(), rel=0.02)
+
+
 @pytest.mark.parametrize(("times", "mend"), [(1.0, None), (2.0, 0.5), (0.5, 2.0)])
 def test_poles_taken_for_pole_pairs_are_told_from_a_speed_in_miles(times, mend):
     """A log whose speed is the motor's ERPM alone."""

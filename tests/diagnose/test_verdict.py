@@ -96,6 +96,15 @@ def test_what_a_cause_held_at_an_even_chance_leaves_is_not_lost():
     assert chances == {"payload": EVEN, "unknown": EVEN, "effect 1": 0, "none": 0}
 
 
+def test_what_the_less_sure_of_two_causes_leaves_is_not_lost():
+    found = SimpleNamespace(ranking={"payload": 90.0, "load": 40.0, "other": 36.0})
+    two = [Asserted(CAUSE, 0.99, {}), Asserted(replace(CAUSE, effect="load"), 0.7, {})]
+    chances = {r["effect"]: r["probability"] for r in ranking(found, two, NOTHING)}
+    others = {e: x for e, x in chances.items() if e not in ("payload", "load")}
+    assert sum(others.values()) == pytest.approx(0.3)
+    assert max(others, key=others.get) == "other"
+
+
 def test_those_of_a_tie_share_its_probability_and_the_first_stays_first():
     found = SimpleNamespace(ranking={"payload": 50.0, "twin": 50.5, "other": 30.0})
     tie = Asserted(replace(CAUSE, tied=("twin",)), 0.9, {})

@@ -37,6 +37,10 @@ EPOCH = (5e8, 5e9)  # s since 1970: 1985 to 2128
 LOST = 0.05
 """Share of rows that may be lost before it is worth a warning."""
 
+OFF, EVEN = 0.1, 0.95
+"""Share of a usual step by which a step may be off a multiple of it, and share of the
+steps that are not, for a clock to be an even one of which rows were lost."""
+
 MANY_DRIVES = 5
 """Times that a clock may start anew for its rows to be told one by one."""
 
@@ -224,6 +228,9 @@ def _gaps(time: Array, keep: Mask, steps: Array, middle: float) -> list[Finding]
     """Return what is lost between rows, and how evenly they come."""
     findings = []
     some = steps[:: max(1, len(steps) // 200_000)]
+    rows_on = np.round(some / middle)
+    if np.mean(np.abs(some / middle - rows_on) < OFF) > EVEN:
+        some = some[rows_on == 1]  # what is missing makes no row uneven
     low, high = np.quantile(some, [0.1, 0.9])
     jitter = float(high - low) / middle
     if jitter > 0.05:

@@ -352,12 +352,13 @@ def ranking(
     cause stands, no candidate counts for more than what it needs, whatever it gained;
     a gap that stays unexplained is something unknown. Those that the logs cannot tell
     from a cause name it, and share its probability, which is that one of them acts.
+    What the least sure cause leaves is the others'.
     """
     gains: Mapping[str, float] = found.ranking
     tied = {e: a.cause.effect for a in asserted for e in a.cause.tied}
     sure = {a.cause.effect: a.probability for a in asserted}
     most = max([*gains.values(), left.evidence, 1.0])
-    rest = max(1.0 - max(sure.values(), default=0.0), 0.0)
+    rest = max(1.0 - min(sure.values(), default=0.0), 0.0)
     beyond = {e: max(g, 0.0) - ENOUGH for e, g in gains.items()}
     if not sure:
         beyond = {e: min(x, 0.0) for e, x in beyond.items()}

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from rcc_sim.analyse.charge import charge_of
 from rcc_sim.analyse.gap_energy import logged_power
+from rcc_sim.analyse.gap_regimes import moving_mean, rows_in
 from rcc_sim.analyse.gap_stages import untorqued
 from rcc_sim.analyse.heading import TURN_RATE, measured_turn
 from rcc_sim.analyse.sampled import drive_as_sampled
@@ -41,6 +42,11 @@ SMOOTHED_OVER, NO_MORE = (32, 16, 8, 4, 2), 1.1
 from it: more is the drive's own."""
 
 
+STILL, RESTS = 4.0, 0.5
+"""Times the noise of its mean that a speed may be off nil where the vehicle stands; and
+time over which that is a mean. [s]"""
+
+
 def problem_of(log: Trace, vehicle: Vehicle) -> Problem:
     """Return a log as a problem for a vehicle; its battery power is worked out."""
     power = logged_power(log)
@@ -50,11 +56,29 @@ def problem_of(log: Trace, vehicle: Vehicle) -> Problem:
     charged = by_charge(log, vehicle, drive)
     if charged is not None:
         return charged
+    drive = at_rest(drive)
     turn = measured_turn(log, vehicle.wheelbase)
     if turn is None:
         return recalling(calmed(Problem(vehicle, log, drive)))
     log = Trace({**log.columns, TURN_RATE: turn.since}, name=log.name)
     return recalling(calmed(Problem(vehicle, log, drive, turned=turn.at)))
+
+
+def at_rest(drive: Drive) -> Drive:
+    """Return a commanded drive that stands where nothing is asked and nothing moves.
+
+    A speed's noise there is its sensor's: the model would be drawn after it, and what
+    holds a vehicle at rest, as dry friction does, would gain. In a minute that a car
+    was parked, with 0.01 m/s of noise, it was named for sure.
+    """
+    speed, commands = drive.measured.speed, drive.commands
+    if drive.imposed or not np.isfinite(speed).any():
+        return drive
+    rows = rows_in(drive.time, RESTS)
+    least = STILL * sensor_noise(speed) / rows**0.5
+    rests = (commands.ref == 0) & (commands.throttle == 0)
+    rests &= np.abs(moving_mean(speed, rows)) <= least
+    return drive.known_as(speed=np.where(rests, 0.0, speed))
 
 
 def calmed(problem: Problem) -> Problem:
