@@ -19,6 +19,13 @@ SURE = 0.9
 OTHERWISE = "another car, load or road, or the way back (--back)? Diagnose it alone"
 """What may be with a log whose gap grows by what mends the others."""
 
+OF_ITS_OWN = (
+    "differs from log to log: a mended file states its mean, which suits none of them; "
+    "what one log has of its own, as its load, its tyres or its road, would show so: "
+    "diagnose each alone"
+)
+"""What is to be said of a cause that has another mean in each log."""
+
 AS_A_DRAG = {
     "road_grade": "a drag or a wind that changes with time would do about as well as "
     "the slope: an accelerometer in the log, or the way back (--back), tells them "
@@ -50,6 +57,8 @@ def doubts(found: Diagnosis) -> Iterator[tuple[str, str]]:
             )
     if not found.asserted:
         yield from one_parts(found)
+    for a in filter(differs, found.asserted):
+        yield "DOUBT", f"{a.cause.effect} {OF_ITS_OWN}"
     for a in filter(is_a_drag_as_well, found.asserted):
         yield "DOUBT", AS_A_DRAG[a.cause.effect]
     other = of_another(found.gap.findings)
@@ -68,6 +77,12 @@ def doubts(found: Diagnosis) -> Iterator[tuple[str, str]]:
     restless = hangs_together({"mode": found.gap.mode, "foreseen": found.foreseen})
     if found.status == "no_gap" and restless:
         yield "DOUBT", restless
+
+
+def differs(one: Asserted) -> bool:
+    """Tell whether the mean of a cause that varies is another in each log for sure."""
+    each = (x.each for x in one.figures.values() if x.each)
+    return any(max(e.low for e in es) > min(e.high for e in es) for es in each)
 
 
 def is_a_drag_as_well(one: Asserted) -> bool:

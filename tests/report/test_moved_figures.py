@@ -14,8 +14,9 @@ from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.fitting.knobs import Knob
 from rcc_sim.diagnose.fitting.pulls import moved, moved_together
+from rcc_sim.diagnose.judge.verdict import Estimate
 from rcc_sim.diagnose.run import diagnose
-from rcc_sim.report.doubts import doubts, moved_figures, one_parts
+from rcc_sim.report.doubts import differs, doubts, moved_figures, one_parts
 from rcc_sim.report.screen import screen
 from rcc_sim.report.verdict import verdict_of
 from rcc_sim.simulate.run import LaneChanges, simulate
@@ -98,6 +99,14 @@ def test_what_the_held_out_rows_do_not_prove_is_said_in_the_sentence(low, told):
     causes = [{"effect": "aerodynamic_drag", "probability": 0.5, "parameters": {}}]
     said = {"status": "partly_explained", "causes": causes, "shrink": shrink}
     assert told in verdict_of(said)
+
+
+@pytest.mark.parametrize("high, apart", [(0.01, True), (0.02, False)])
+def test_a_mean_that_is_another_in_each_log_is_doubted(high, apart):
+    each = Estimate(0.0, 0.0, high, 0.01), Estimate(0.018, 0.017, 0.019, 0.001)
+    mean = Estimate(0.009, 0.008, 0.01, 0.001, each=each)
+    figures = {"slope": mean, "other": Estimate(1.0, 0.9, 1.1, 0.1)}
+    assert differs(SimpleNamespace(figures=figures)) is apart
 
 
 @pytest.mark.parametrize(
