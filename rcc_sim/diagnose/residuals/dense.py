@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from math import ceil
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.analyse.logcheck.finding import Finding
+from rcc_sim.analyse.logcheck.finding import COMMANDS, Finding
 from rcc_sim.analyse.logcheck.relation import mean_of_known
 from rcc_sim.analyse.logged import COMPARED, Logged
+from rcc_sim.simulate.drive import holds
 from rcc_sim.simulate.smooth import interval_of
 from rcc_sim.trace import Trace
 
@@ -22,6 +24,9 @@ to a fifth of a row, and no effect acts within a millisecond. [1/s]"""
 
 SLACK = 1e-3
 """What a rate may be off, as clocks are. [1]"""
+
+SAMPLED = "speed_mps", "yaw_rate_radps"
+"""Columns compared that the model samples at a row; the others are means."""
 
 WIDE = 1.5
 """Times its usual length beyond which some rows lie across a hole, and are no mean."""
@@ -55,17 +60,35 @@ def rows_to_one(log: Trace) -> int:
 def with_fewer_rows(log: Trace, many: int) -> Trace:
     """Return a log with a row for so many, an odd number: their means, at the middle.
 
-    What a sensor reads is a mean of what is known; commands, which leap, angles, which
-    wrap, places and sums are as in the middle row, and so is the time.
+    What a sensor reads is a mean of what is known: what the model samples, of the rows
+    about the middle one, and flows, which are means since the row before, of those that
+    it ends. Commands, angles, which wrap, places and sums are as in the middle row, and
+    so is the time. A command that holds leaps
+    from one row to the next, and a loop is stiff: so that it leaps neither early nor
+    late on the whole it is as in the last row, and where most of its leaps come an even
+    number of rows apart, they are at middle ones.
     """
-    count = len(log) // many
-    rows = np.arange(count * many).reshape(count, many)
+    held = [c for c in COMMANDS if c in log and holds(log[c])]
+    first = most_leapt([log[c] for c in held], many) if held else 0
+    count = (len(log) - first) // many
+    rows = first + np.arange(count * many).reshape(count, many)
     time = log["time_s"][rows]
     usual = (many - 1) * interval_of(log["time_s"])
     kept = time[:, -1] - time[:, 0] <= WIDE * usual
     rows = rows[kept]
-    columns = {
-        name: mean_of_known(x[rows]) if name in COMPARED else x[rows[:, many // 2]]
-        for name, x in log.columns.items()
-    }
-    return Trace(columns, name=log.name)
+
+    def fewer(name: str, x: Array) -> Array:
+        if name in COMPARED:
+            back = 0 if name in SAMPLED else many // 2
+            return mean_of_known(x[np.maximum(rows - back, 0)])
+        return x[rows[:, -1 if name in held else many // 2]]
+
+    return Trace({n: fewer(n, x) for n, x in log.columns.items()}, name=log.name)
+
+
+def most_leapt(commands: Sequence[Array], many: int) -> int:
+    """Return the row from which on commands leap most to the middle of so many."""
+    ways = [np.abs(np.diff(x, prepend=x[0])) / np.ptp(x) for x in commands]
+    whole = len(commands[0]) // many * many
+    each = np.nan_to_num(np.sum(ways, axis=0))[:whole].reshape(-1, many)
+    return int((np.argmax(each.sum(axis=0)) - many // 2) % many)
