@@ -316,7 +316,7 @@ def _write(
 def _of_mended(found: Diagnosis, vehicle: Path) -> Iterator[str]:
     """Yield what to know of a mended vehicle file."""
     from rcc_sim.diagnose.deliver import over_time
-    from rcc_sim.diagnose.judge.verdict import grew
+    from rcc_sim.diagnose.judge.energies import grew
 
     for a in (a for a in found.asserted if a.cause.tied):
         tied = ", ".join(a.cause.tied)

@@ -26,6 +26,7 @@ from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.fitting.pulls import moved, moved_together
 from rcc_sim.diagnose.fitting.tips import no_surer
 from rcc_sim.diagnose.judge.apart_from_nil import apart_from_nil
+from rcc_sim.diagnose.judge.energies import proves_nothing, stays_off, worsens
 from rcc_sim.diagnose.judge.misread import findings_of
 from rcc_sim.diagnose.judge.restless import is_doubtful, restless
 from rcc_sim.diagnose.judge.stands import only, what_stands
@@ -37,9 +38,7 @@ from rcc_sim.diagnose.judge.verdict import (
     estimates,
     of_another,
     probability,
-    proves_nothing,
     status_of,
-    worsens,
 )
 from rcc_sim.diagnose.next_run.experiment import next_experiments
 from rcc_sim.diagnose.profiles.as_felt import as_felt
@@ -149,6 +148,10 @@ def diagnose(
     if any(of_another(g.findings) for g in gaps):
         farthest = inf
     unproven = not fresh and proved.shrink.may_be_none
+    # what leaves the energy of rows held out as it was is not what acts, or not all
+    unproven |= stays_off(
+        proved.before, proved.after, noise_of(gaps), doubtless=doubtless
+    )
     # what was found beside a stronger cause that ends is no surer than that
     early = [*accumulate((ends_early(c, fit, vehicle.known) for c in causes), or_)]
     chances = [

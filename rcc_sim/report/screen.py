@@ -12,11 +12,11 @@ from rcc_sim.analyse.gap_energy import COVERAGE, EnergyGap, logged_power
 from rcc_sim.analyse.gap_regimes import moving_mean
 from rcc_sim.analyse.logcheck.finding import counted
 from rcc_sim.diagnose.diagnosis import Diagnosis
+from rcc_sim.diagnose.judge.energies import grew
 from rcc_sim.diagnose.judge.verdict import (
     EVEN,
     Asserted,
     Estimate,
-    grew,
 )
 from rcc_sim.diagnose.next_run.menu import STAND
 from rcc_sim.report.channels import way_of

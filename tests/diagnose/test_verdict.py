@@ -12,6 +12,12 @@ from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.fitting.knobs import Knob
 from rcc_sim.diagnose.judge import stands as verdicts
+from rcc_sim.diagnose.judge.energies import (
+    grew,
+    proves_nothing,
+    stays_off,
+    worsens,
+)
 from rcc_sim.diagnose.judge.stands import Standing, only, standing
 from rcc_sim.diagnose.judge.verdict import (
     EVEN,
@@ -19,13 +25,10 @@ from rcc_sim.diagnose.judge.verdict import (
     Asserted,
     ends_early,
     estimates,
-    grew,
     probability,
-    proves_nothing,
     ranking,
     resolution,
     status_of,
-    worsens,
 )
 from rcc_sim.diagnose.noise.whitener import Whitener
 from rcc_sim.diagnose.profiles.remainder import (
@@ -263,6 +266,15 @@ def test_causes_that_do_nothing_for_rows_held_out_are_withdrawn():
     assert not proves_nothing(0.023, 19.9, 12.0)  # the energy shrinks
     assert not proves_nothing(0.9, 19.9, 19.3)  # the rows do: a steering's offset
     assert not proves_nothing(0.023, None, None)  # no energy was measured
+
+
+def test_an_energy_gap_has_to_shrink_to_a_third_or_beneath_the_noise():
+    assert stays_off(18.5, -7.04, noise=4.6, doubtless=True)
+    assert stays_off(18.5, -7.04, noise=4.6, doubtless=False)
+    assert not stays_off(18.5, -7.04, noise=8.0, doubtless=False)
+    assert not stays_off(18.5, -5.0, noise=4.6, doubtless=True)
+    assert stays_off(1.0, 3.0, noise=8.0, doubtless=False)  # it grew
+    assert not stays_off(None, None, noise=0.0, doubtless=True)
 
 
 def test_causes_that_open_an_energy_gap_on_rows_held_out_are_refuted():

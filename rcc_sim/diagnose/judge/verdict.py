@@ -15,6 +15,7 @@ from rcc_sim.definitions.figure import Z_90
 from rcc_sim.diagnose.causes.cause import ANOTHER_VEHICLE, ENOUGH, Cause
 from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.fitting.knobs import Knob
+from rcc_sim.diagnose.judge.energies import SHRUNK, stays_off
 from rcc_sim.diagnose.judge.ties import Rival
 from rcc_sim.diagnose.profiles.remainder import Remainder
 from rcc_sim.diagnose.search.compete import Explanation
@@ -24,10 +25,6 @@ from rcc_sim.physics.effects import EFFECTS, neutral_of
 from rcc_sim.units import unit_of
 
 Array = NDArray[np.float64]
-
-SHRUNK, NO_ENERGY = 1 / 3, 1.5
-"""Share to which the energy gap, and what is beyond noise, have to shrink on rows that
-no fit saw; size below which the first need not. [1], [%]"""
 
 DOUBTLESS = 1.5
 """Times its expanded uncertainty from which on an energy gap is one, whatever the rows
@@ -138,39 +135,8 @@ def status_of(
         return "unexplained" if real else "no_gap"
     stays = left.is_real or ends or even or explained < 1 - SHRUNK
     stays |= farthest > TOLERATED or disagree
-    if before is not None and after is not None:
-        stays |= grew(before, after)
-        asked = doubtless or abs(after) > noise
-        stays |= asked and abs(after) > max(SHRUNK * abs(before), NO_ENERGY)
+    stays |= stays_off(before, after, noise, doubtless=doubtless)
     return "partly_explained" if stays else "explained"
-
-
-def grew(before: float, after: float) -> bool:
-    """Tell whether an energy gap [%] is larger than before, beyond what is none."""
-    return abs(after) > abs(before) + NO_ENERGY
-
-
-def proves_nothing(explained: float, before: float | None, after: float | None) -> bool:
-    """Tell whether causes do nothing for rows that no fit saw: they are withdrawn.
-
-    Neither what is beyond noise row by row (``explained``, a share) shrinks by a third
-    there, nor an energy gap [%] that is beyond doubt, from ``before`` to ``after``.
-    """
-    if before is None or after is None or explained >= SHRUNK:
-        return False
-    return abs(after) > (1 - SHRUNK) * abs(before)
-
-
-def worsens(before: float | None, after: float | None, noise: float) -> bool:
-    """Tell whether causes open an energy gap on rows that no fit saw: they are refuted.
-
-    It was smaller, and is beyond what ``noise`` may do: what tolerances may, the fit
-    has taken out. Of 71 drives of the blind plant, around four vehicles, with causes
-    that act, two were left with more than that, and no gap grew. [%]
-    """
-    if before is None or after is None:
-        return False
-    return grew(before, after) and abs(after) > noise
 
 
 def of_another(findings: Iterable[Finding]) -> str:

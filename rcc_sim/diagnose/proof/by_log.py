@@ -10,7 +10,7 @@ from rcc_sim.analyse.gap import Gap
 from rcc_sim.analyse.gap_energy import COVERAGE
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
-from rcc_sim.diagnose.judge.verdict import grew
+from rcc_sim.diagnose.judge.energies import grew
 from rcc_sim.diagnose.proof.hold_out import driven_by, energy_by_log
 
 
