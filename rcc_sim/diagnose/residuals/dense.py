@@ -63,10 +63,9 @@ def with_fewer_rows(log: Trace, many: int) -> Trace:
     What a sensor reads is a mean of what is known: what the model samples, of the rows
     about the middle one, and flows, which are means since the row before, of those that
     it ends. Commands, angles, which wrap, places and sums are as in the middle row, and
-    so is the time. A command that holds leaps
-    from one row to the next, and a loop is stiff: so that it leaps neither early nor
-    late on the whole it is as in the last row, and where most of its leaps come an even
-    number of rows apart, they are at middle ones.
+    so is the time. A command that holds leaps from one row to the next, and a loop is
+    stiff: that it leaps neither early nor late on the whole, it is as in the last row;
+    and where its leaps come evenly, most of them are at middle ones.
     """
     held = [c for c in COMMANDS if c in log and holds(log[c])]
     first = most_leapt([log[c] for c in held], many) if held else 0
