@@ -308,6 +308,13 @@ def test_rows_lost_here_and_there_are_counted(share):
     assert told == pytest.approx(6000 - kept.sum(), rel=0.02)
 
 
+def test_a_step_that_is_next_to_none_is_no_multiple_of_the_usual_one():
+    """Of one short step and one long, neither is near their median."""
+    time = np.array([0.0, 1.0, 21.0])
+    checked = check_log(Trace({"time_s": time, "speed_mps": time}))
+    assert found(checked, "jitter", "time_s")
+
+
 @pytest.mark.parametrize(("times", "mend"), [(1.0, None), (2.0, 0.5), (0.5, 2.0)])
 def test_poles_taken_for_pole_pairs_are_told_from_a_speed_in_miles(times, mend):
     """A log whose speed is the motor's ERPM alone."""

@@ -229,7 +229,7 @@ def _gaps(time: Array, keep: Mask, steps: Array, middle: float) -> list[Finding]
     findings = []
     some = steps[:: max(1, len(steps) // 200_000)]
     rows_on = np.round(some / middle)
-    if np.mean(np.abs(some / middle - rows_on) < OFF) > EVEN:
+    if np.mean((np.abs(some / middle - rows_on) < OFF) & (rows_on > 0)) > EVEN:
         some = some[rows_on == 1]  # what is missing makes no row uneven
     low, high = np.quantile(some, [0.1, 0.9])
     jitter = float(high - low) / middle
