@@ -33,11 +33,16 @@ def logged(run, car, seed, folder, late=None, noise=NOISE):
     """Return a trace as a log, some columns read ``late`` by so many seconds."""
     rng = np.random.default_rng(seed)
     t, late = run["time_s"], late or {}
-    log = [
-        np.interp(t - late.get(c, 0.0), t, run[c]) + sd * rng.standard_normal(len(t))
+    log = {
+        c: np.interp(t - late.get(c, 0.0), t, run[c]) + sd * rng.standard_normal(len(t))
         for c, sd in noise.items()
-    ]
+    }
+    return written(log, car, folder)
+
+
+def written(columns, car, folder):
+    """Return columns as a log that was written and read."""
     path = folder / "log.csv"
-    head = {"delimiter": ",", "header": ",".join(noise), "comments": ""}
-    np.savetxt(path, np.column_stack(log), **head)
+    head = {"delimiter": ",", "header": ",".join(columns), "comments": ""}
+    np.savetxt(path, np.column_stack(list(columns.values())), **head)
     return open_log(path, car)

@@ -151,7 +151,7 @@ class Diagnosis:
         return {
             "effect": a.cause.effect,
             "probability": a.probability,
-            "parameters": {k: e.document() for k, e in a.figures.items()},
+            "parameters": a.parameters,
             "varies": bool(a.cause.profiles),
             "indistinguishable_from": list(a.cause.tied),
             "instead": {

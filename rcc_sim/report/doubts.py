@@ -62,11 +62,7 @@ def doubts(found: Diagnosis) -> Iterator[tuple[str, str]]:
     for a in filter(is_a_drag_as_well, found.asserted):
         yield "DOUBT", AS_A_DRAG[a.cause.effect]
     other = of_another(found.gap.findings)
-    figures_of = {
-        a.cause.effect: {name: x.document() for name, x in a.figures.items()}
-        for a in found.asserted
-    }
-    many = too_many(figures_of)
+    many = too_many({a.cause.effect: a.parameters for a in found.asserted})
     if other:
         yield "DOUBT", f"{other}: {OTHER}"
     if many:

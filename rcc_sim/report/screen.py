@@ -33,7 +33,7 @@ from rcc_sim.report.text import (
     short,
     sparkline,
 )
-from rcc_sim.report.verdict import OTHER, judged, these
+from rcc_sim.report.verdict import OTHER, is_at_bound, judged, these
 
 WORDS = {
     "no_gap": "no gap beyond what tolerances and noise explain",
@@ -246,7 +246,7 @@ def _figures(told: Mapping[str, Estimate]) -> str:
     return ", ".join(
         f"{k} {_ends(x)}{figures(x.value, 4)} ({figures(x.low, 4)} to "
         + f"{figures(x.high, 4)})"
-        + ", at its bound" * (x.value in (x.low, x.high))
+        + ", at its bound" * is_at_bound(x.document())
         + (f", stated {figures(x.stated, 4)}" if x.stated is not None else "")
         for k, x in told.items()
     )

@@ -21,6 +21,13 @@ def log_of(rate, seconds=10.0, **columns):
     return Trace({"time_s": time, **{c: f(time) for c, f in columns.items()}}, name="x")
 
 
+def fast(car, every):
+    """Return a scaled drive at 1 kHz, with a lane change every so many metres."""
+    cycle = scale_cycle(parse_cycle("udds[20:90]"), to=car, of=load_vehicle("r1t"))
+    lanes = LaneChanges(every)
+    return simulate(car, cycle.cycle, lanes=lanes, output_rate=1000.0).trace
+
+
 @pytest.mark.parametrize(
     ("rate", "many"),
     [(1.0, 1), (100.0, 1), (250.0, 1), (300.0, 3), (500.0, 3), (600.0, 3), (1000.0, 5),
@@ -84,9 +91,7 @@ def test_rows_across_a_hole_are_no_mean():
 
 def test_a_delay_is_found_at_a_thousand_rows_a_second():
     car = load_vehicle("rcc")
-    cycle = scale_cycle(parse_cycle("udds[20:90]"), to=car, of=load_vehicle("r1t"))
-    late = car.changed(settings={"effects.steering_delay.delay_s": 0.06})
-    run = simulate(late, cycle.cycle, lanes=LaneChanges(2.0), output_rate=1000.0).trace
+    run = fast(car.changed(settings={"effects.steering_delay.delay_s": 0.06}), 2.0)
     rng = np.random.default_rng(1)
     noise = {"speed_mps": 0.01, "yaw_rate_radps": 0.02, "motor_current_a": 0.3}
     seen = {c: run[c] + rng.normal(0, sd, len(run)) for c, sd in noise.items()}
@@ -104,9 +109,8 @@ def test_a_delay_is_found_at_a_thousand_rows_a_second():
 def test_a_reference_that_holds_for_ten_milliseconds_is_followed_to_the_tick():
     """A payload, told as a current sensor that reads too much and a slope: at 99 %."""
     car = load_vehicle("rcc")
-    cycle = scale_cycle(parse_cycle("udds[20:90]"), to=car, of=load_vehicle("r1t"))
     true = car.changed(settings={"effects.payload.mass_kg": 0.5})
-    run = simulate(true, cycle.cycle, lanes=LaneChanges(10.0), output_rate=1000.0).trace
+    run = fast(true, 10.0)
     rng = np.random.default_rng(2)
     sds = NOISE | {"motor_current_a": 0.15, "speed_mps": 0.01}
     log = {c: run[c] + sd * rng.standard_normal(len(run)) for c, sd in sds.items()}

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from rcc_sim.analyse.logged import open_log
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.residuals.posed import at_rest, problem_of
+from rcc_sim.diagnose.residuals.posed import kept_still, problem_of
 from rcc_sim.diagnose.run import diagnose
+from tests.scaled_drive import written
 
 CAR = load_vehicle("rcc")
 
@@ -23,10 +23,7 @@ def parked(folder, *, extra=0.0, seconds=40.0, rate=50.0):
         "battery_voltage_v": 12 + rng.normal(0, 0.02, n),
         "battery_current_a": extra + rng.normal(0, 0.05, n),
     }
-    path = folder / "log.csv"
-    head = {"delimiter": ",", "header": ",".join(columns), "comments": ""}
-    np.savetxt(path, np.column_stack(list(columns.values())), **head)
-    return open_log(path, CAR)
+    return written(columns, CAR, folder)
 
 
 @pytest.mark.parametrize("extra", [0.0, 0.25])
@@ -47,8 +44,8 @@ def test_where_it_is_asked_to_move_its_speed_stays_as_it_was_measured(tmp_path):
     speed = 0.01 * np.sin(np.arange(n))
     speed[n // 2 :] += 0.5
     moves = drive.known_as(speed=speed)
-    found = at_rest(moves).measured.speed
+    found = kept_still(moves).measured.speed
     still = found == 0
     assert still[30 : n // 2 - 30].all() and not still[n // 2 :].any()
     asked = moves.commanded(ref=np.full(n, 0.2))
-    np.testing.assert_array_equal(at_rest(asked).measured.speed, speed)
+    np.testing.assert_array_equal(kept_still(asked).measured.speed, speed)

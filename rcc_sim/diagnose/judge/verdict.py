@@ -102,6 +102,11 @@ class Asserted:
     instead: dict[str, dict[str, Estimate]] = field(default_factory=dict)
     alike: tuple[Fit, ...] = ()
 
+    @property
+    def parameters(self) -> dict[str, dict[str, Any]]:
+        """What ``--json`` prints of its figures."""
+        return {name: x.document() for name, x in self.figures.items()}
+
 
 def status_of(
     causes: list[Cause],

@@ -56,7 +56,7 @@ def problem_of(log: Trace, vehicle: Vehicle) -> Problem:
     charged = by_charge(log, vehicle, drive)
     if charged is not None:
         return charged
-    drive = at_rest(drive)
+    drive = kept_still(drive)
     turn = measured_turn(log, vehicle.wheelbase)
     if turn is None:
         return recalling(calmed(Problem(vehicle, log, drive)))
@@ -64,7 +64,7 @@ def problem_of(log: Trace, vehicle: Vehicle) -> Problem:
     return recalling(calmed(Problem(vehicle, log, drive, turned=turn.at)))
 
 
-def at_rest(drive: Drive) -> Drive:
+def kept_still(drive: Drive) -> Drive:
     """Return a commanded drive that stands where nothing is asked and nothing moves.
 
     A speed's noise there is its sensor's: the model would be drawn after it, and what

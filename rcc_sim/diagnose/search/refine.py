@@ -22,12 +22,9 @@ from rcc_sim.diagnose.search.pursue import (
     with_effect,
 )
 from rcc_sim.diagnose.search.screen import Screened
-from rcc_sim.diagnose.search.starts import FAR_BEHIND, afresh
+from rcc_sim.diagnose.search.starts import FAR_BEHIND, afresh, likely
 
 Array = NDArray[np.float64]
-
-REFINED = 6
-"""Candidates that are refined after the screen."""
 
 HOPELESS = 0.3
 """Share of what is needed below which no screened gain is worth refining."""
@@ -108,20 +105,6 @@ class Refined:
         return self.trusted >= needed and (self.gain > CLEAR or even >= needed)
 
 
-def likely(
-    found: Sequence[tuple[Screened, Fit]], needed: float, most: float | None = None
-) -> list[tuple[Screened, Fit]]:
-    """Return what is worth refining; nothing where no candidate comes near.
-
-    A strong effect may gain several times more once it is refined; what is far behind
-    the best, or the ``most`` nats that were kept, does not.
-    """
-    if most is None:
-        most = max((r.gain for r, _ in found), default=0.0)
-    least = max(FAR_BEHIND * most, HOPELESS * needed)
-    return [pair for pair in found if pair[0].gain > least][:REFINED]
-
-
 def contenders(
     engine: Engine,
     base: Fit,
@@ -135,11 +118,11 @@ def contenders(
     is no measure for the others. And from the figures that the file states, if none is
     clear beside tolerances that were pulled, or one that is near does not let them go.
     """
-    tried = likely(found, needed)
+    tried = likely(found, HOPELESS * needed)
     refined = refine(engine, base, tried, needed)
     if not any(r.reaches(needed) for r in refined):
         most = max((r.before for r in refined), default=0.0)
-        masked = likely(found[len(tried) :], needed, most)
+        masked = likely(found[len(tried) :], HOPELESS * needed, most)
         refined = [*refined, *refine(engine, base, masked, needed)]
     if pulled(base, AWAY) and (all(r.gain < CLEAR for r in refined) or caught(refined)):
         again = afresh(engine, base, [r for r, _ in found])

@@ -21,13 +21,13 @@ from rcc_sim.diagnose.search.screen import Screen, Screened
 
 Array = NDArray[np.float64]
 
-FAR_BEHIND = 0.2
-"""Share of the best gain below which a candidate is not refined."""
+REFINED, FAR_BEHIND = 6, 0.2
+"""Candidates that are refined after a screen, and share of the best gain below which
+none is."""
 
-BEGUN, EXACT = 6, 0.5
-"""Candidates that are refined from the figures that the file states, at most; and share
-of the nats a cause must gain that one must promise there: so far away the screen is not
-exact to a half."""
+EXACT = 0.5
+"""Share of the nats a cause must gain that one must promise beside the figures that the
+file states: so far away the screen is not exact to a half."""
 
 PROMISING, FOLLOWED = 18.0, 2
 """Nats that a slope must promise for a candidate to be followed along its curve; and
@@ -109,6 +109,20 @@ def bent(
     return pairs
 
 
+def likely(
+    found: Sequence[tuple[Screened, Fit]], least: float, most: float | None = None
+) -> list[tuple[Screened, Fit]]:
+    """Return what is worth refining; nothing where no candidate gains the ``least``.
+
+    A strong effect may gain several times more once it is refined; what is far behind
+    the best, or the ``most`` nats that were kept, does not.
+    """
+    if most is None:
+        most = max((r.gain for r, _ in found), default=0.0)
+    least = max(FAR_BEHIND * most, least)
+    return [pair for pair in found if pair[0].gain > least][:REFINED]
+
+
 def begun(
     candidate: Candidate,
     keys: Iterable[str],
@@ -148,7 +162,6 @@ def afresh(
         along_now = [signals[k.key] for k in fit.knobs]
         return begun(r.candidate, r.values, fit, now, along_now)
 
-    best = sorted((r for r in again if r.values), key=lambda r: -r.gain)[:BEGUN]
-    least = max(EXACT * ENOUGH, FAR_BEHIND * max((r.gain for r in best), default=0.0))
-    worth = [r for r in best if r.gain > least]
-    return [pair for pair in engine.each(one, worth) if pair]
+    best = sorted((r for r in again if r.values), key=lambda r: -r.gain)
+    worth = likely([(r, start) for r in best], EXACT * ENOUGH)
+    return [pair for pair in engine.each(one, [r for r, _ in worth]) if pair]
