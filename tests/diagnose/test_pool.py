@@ -134,6 +134,15 @@ def test_a_log_that_lacks_a_channel_says_nothing_of_it(rng):
     assert both.value == pytest.approx(alone.value, rel=0.05)
 
 
+def test_a_log_that_tells_of_nothing_at_all_is_passed_over(rng):
+    rows = [evidence(r) for r in logs(rng, 10, 0.5)]
+    nothing = Evidence((), SD[:0], (), np.zeros(0), np.zeros((0, 0)))
+    alone, beside = (
+        best(screen({"car": rows, **more}, ())) for more in ({}, {"other": [nothing]})
+    )
+    assert (beside.value, beside.nats) == (alone.value, alone.nats)
+
+
 def test_evidence_comes_back_from_a_row_as_it_went(rng):
     one = evidence(logs(rng, 1, 0.5)[0])
     again = unpacked(*packed(one))

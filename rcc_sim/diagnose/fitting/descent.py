@@ -185,8 +185,8 @@ def slopes(
 
 def at_bounds(now: Fit) -> tuple[Mask, Mask]:
     """Which figures of a fit stand at their lower, and at their upper bound."""
-    least = np.array([now.values[k.key] <= k.low for k in now.knobs])
-    most = np.array([now.values[k.key] >= k.high for k in now.knobs])
+    least = np.array([now.values[k.key] <= k.low for k in now.knobs], dtype=bool)
+    most = np.array([now.values[k.key] >= k.high for k in now.knobs], dtype=bool)
     return least, most
 
 

@@ -316,8 +316,8 @@ def _car(logs: Sequence[Evidence], key: str, taken: Sequence[str]) -> Car:
     for i, one in enumerate(logs):
         names = [*one.knobs, *(s.key for s in one.strengths)]
         place = {name: k for k, name in enumerate(names)}
-        have = [(k, place[name]) for k, name in enumerate(order) if name in place]
-        to, of = (np.array(side) for side in zip(*have, strict=True))
+        to = np.array([k for k, name in enumerate(order) if name in place], np.intp)
+        of = np.array([place[order[k]] for k in to], np.intp)
         c[to] += one.score[of]
         G[np.ix_(to, to)] += one.information[np.ix_(of, of)]
         if key in place:

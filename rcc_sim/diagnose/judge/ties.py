@@ -311,7 +311,7 @@ def apart(engine: Engine, true: Fit, other: Fit) -> float:
         for j, k in zip(other.signals, other.knobs, strict=True)
         if k.low < other.values[k.key] < k.high
     ]
-    A = np.column_stack([engine.white(j, true.noise) for j, _ in free])
+    A = np.array([engine.white(j, true.noise) for j, _ in free]).reshape(-1, len(d)).T
     sd = np.array([k.sd for _, k in free])
     off = np.array([other.values[k.key] - k.value for _, k in free]) / sd
     root = np.sqrt(CURVATURE)

@@ -157,7 +157,7 @@ def held_by(problem: Problem, noise: Mapping[str, float]) -> float:
 
     Drawn at a rate λ, the model's speed takes on s √(λ/2f) of the noise s of its f rows
     a second, and its loop, which lets go and takes hold again, makes currents of that.
-    ``noise`` is that of the channels.
+    ``noise`` is that of the channels that are judged.
     """
     vehicle, control = problem.vehicle, problem.vehicle.controller
     gain = control.proportional_gain_as_per_rad if control else None
@@ -171,6 +171,7 @@ def held_by(problem: Problem, noise: Mapping[str, float]) -> float:
     per = {MOTOR: 1.0} | {
         c: float(np.nanmax(drawn_by_motor(vehicle, problem.nominal, c)))
         for c in (CURRENT, POWER)
+        if c in noise
     }
     least = min(
         (noise[c] / per[c] for c in per if noise.get(c) and per[c]), default=inf
