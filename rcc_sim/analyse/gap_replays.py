@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.definitions.vehicle import Vehicle
+from rcc_sim.errors import InputError
 from rcc_sim.jit import threads
 from rcc_sim.simulate.drive import Drive
 from rcc_sim.simulate.replay import replay
@@ -27,6 +28,9 @@ SAMPLED = 60_000
 """Rows on which the tolerances of a longer drive are tried, in stretches."""
 
 STRETCHES = 6
+
+SHARES = (1.0, -1.0, 0.5, -0.5, 0.25, -0.25, 0.1, -0.1)
+"""Shares of its sd by which a figure is moved: the first that a vehicle may have."""
 
 
 def predicted(
@@ -119,7 +123,8 @@ def tolerances(
 ) -> Tolerances:
     """Push each figure's sd through one replay; linear, one figure at a time.
 
-    They are differences alone, for which longer time steps are enough.
+    They are differences alone, for which longer time steps are enough. A figure that
+    cannot be an sd larger is stepped down, or by less, and its shift told as of +1 sd.
 
     Parameters
     ----------
@@ -135,12 +140,11 @@ def tolerances(
 
     def one(item: tuple[str, tuple[float, float]]) -> list[Array]:
         key, (value, sd) = item
-        step = sd if value + sd != 0 else -sd
-        other = vehicle.changed(settings={key: value + step})
+        share, other = moved_by_one(vehicle, key, value, sd)
         runs = [replay(other, d, coarse=True) for d in drives]
+        pairs = list(zip(runs, start, strict=True))
         return [
-            np.concatenate([r[c] - s[c] for r, s in zip(runs, start, strict=True)])
-            for c in names
+            np.concatenate([(r[c] - s[c]) / share for r, s in pairs]) for c in names
         ]
 
     shifts = []
@@ -154,6 +158,25 @@ def tolerances(
         c: np.array([s[k] for s in shifts]).reshape(shape) for k, c in enumerate(names)
     }
     return Tolerances(tuple(figures), rows, moved)
+
+
+def moved_by_one(
+    vehicle: Vehicle, key: str, value: float, sd: float
+) -> tuple[float, Vehicle]:
+    """Return a vehicle with a figure moved by its sd, or the share of it that can be.
+
+    Raises
+    ------
+    InputError
+        If no such step is possible.
+    """
+    *some, last = (s for s in SHARES if value + s * sd != 0)
+    for share in some:
+        try:
+            return share, vehicle.changed(settings={key: value + share * sd})
+        except InputError:
+            continue
+    return last, vehicle.changed(settings={key: value + last * sd})
 
 
 def _stretches(n: int) -> Iterable[slice]:

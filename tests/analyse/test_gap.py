@@ -5,11 +5,12 @@ import pytest
 
 from rcc_sim.analyse.gap import gap
 from rcc_sim.analyse.gap_alarm import alarm_limit
-from rcc_sim.analyse.gap_replays import Tolerances
+from rcc_sim.analyse.gap_replays import Tolerances, tolerances
 from rcc_sim.analyse.gap_report import document
 from rcc_sim.analyse.logged import Logged, open_log
 from rcc_sim.definitions.cycle import Cycle
 from rcc_sim.errors import InputError
+from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.run import simulate
 from rcc_sim.trace import Trace, write_trace
 from tests.cars import car, truck
@@ -427,3 +428,23 @@ def test_unix_time_stamps_survive_a_file_and_make_no_difference(tmp_path):
     assert np.diff(second.log["time_s"]) == pytest.approx(0.01, abs=1e-6)
     a, b = (gap(one, car(LOSSES), window=1.0) for one in (first, second))
     assert b.energy.simulated_wh == pytest.approx(a.energy.simulated_wh, rel=1e-3)
+
+
+@pytest.mark.parametrize(("slope", "sd"), [(-0.01, 0.01), (-0.01, 0.0101)])
+def test_a_shift_is_of_one_sd_more_where_that_makes_the_figure_nil(slope, sd):
+    unsure = car({"road_grade": {"slope": {"value": slope, "sd": sd}}})
+    drive = drive_of(small_log(unsure), unsure)
+    moved = tolerances(unsure, drive, ["battery_power_w"]).moved["battery_power_w"][0]
+    climb = sd * np.nanmean(drive.commands.ref)
+    assert np.nanmean(moved) == pytest.approx(3.78 * 9.80665 * climb, rel=0.05)
+
+
+def test_a_figure_that_cannot_be_an_sd_larger_is_tried_an_sd_smaller():
+    def band(sd):
+        unsure = car({"gear_loss": {"efficiency": {"value": 0.98, "sd": sd}}})
+        drive = drive_of(small_log(unsure), unsure)
+        return tolerances(unsure, drive, ["motor_current_a"]).moved["motor_current_a"]
+
+    one, three = band(0.01), band(0.03)
+    assert np.nanmean(three) == pytest.approx(3 * np.nanmean(one), rel=0.1)
+    assert np.nanmean(one) < 0  # the better the gears, the less the motor does
