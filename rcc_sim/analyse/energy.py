@@ -144,14 +144,15 @@ def cumulative_distance(trace: Trace) -> Array:
     Raises
     ------
     InputError
-        If the trace has neither.
+        If the trace has neither, or what it has has gaps.
     """
     if "distance_m" in trace:
-        return trace["distance_m"]
+        return _whole(trace, trace["distance_m"], "distance_m")
     return _integral(trace, trace["speed_mps"], "speed_mps")
 
 
-def _integral(trace: Trace, values: Array, what: str) -> Array:
+def _whole(trace: Trace, values: Array, what: str) -> Array:
+    """Return a column that has no gaps; raise if it has."""
     if np.isnan(values).any():
         row = int(np.isnan(values).argmax()) + 1
         count = int(np.isnan(values).sum())
@@ -159,6 +160,11 @@ def _integral(trace: Trace, values: Array, what: str) -> Array:
             f"{trace.name}: {what}, row {row}: missing ({count} of {len(values)} rows)",
             "an energy over a gap would be a guess; fill or cut the rows first",
         )
+    return values
+
+
+def _integral(trace: Trace, values: Array, what: str) -> Array:
+    values = _whole(trace, values, what)
     steps = np.diff(trace["time_s"])
     return np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * steps)])
 
@@ -187,17 +193,21 @@ def _regimes(trace: Trace, joules: Array, distance: Array) -> tuple[Regime, ...]
 
 
 def kinds_of_driving(trace: Trace) -> NDArray[np.intp]:
-    """Return which of REGIMES each step from row to row is; shape (n - 1,)."""
+    """Return which of REGIMES each step from row to row is, shape (n - 1,).
+
+    -1 where no speed tells.
+    """
     speed = trace["speed_mps"]
     middle = 0.5 * (speed[1:] + speed[:-1])
     change = np.diff(speed) / np.diff(trace["time_s"])
     stands = middle <= STANDS * max(float(np.nanmax(np.abs(speed))), 1e-9)
     steady = np.abs(change) <= STEADY * max(float(np.nanmax(np.abs(change))), 1e-9)
-    return np.select([stands, steady, change > 0], [0, 2, 1], 3)
+    kinds = np.select([stands, steady, change > 0], [0, 2, 1], 3)
+    return np.where(np.isfinite(change), kinds, -1)
 
 
 def battery_capacity(vehicle: Vehicle) -> float:
-    """Return the energy of a full battery, capacity times nominal voltage. [Wh]
+    """Return the energy of a full battery, as its file states it. [Wh]
 
     Raises
     ------
@@ -328,7 +338,7 @@ def regime_table(reports: Sequence[EnergyReport]) -> list[dict[str, Any]]:
 def _percent(value: float | None, of: float | None) -> float | None:
     if value is None or not of:
         return None
-    return 100 * (value / of - 1)
+    return 100 * (value - of) / abs(of)
 
 
 def _per_km(report: EnergyReport, sink: str) -> float:

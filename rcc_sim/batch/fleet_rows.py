@@ -154,7 +154,8 @@ def diagnose_row(log: str, options: Mapping[str, Any]) -> Row:
 
     car, logged = opened(log, options)
     candidates = options.get("candidates") or ()
-    result = diagnose([logged], car, candidates=candidates)
+    withheld = options.get("withhold") or ()
+    result = diagnose([logged], car, candidates=candidates, withheld=withheld)
     energy = result.document()["where"]["energy"]
     return {
         "vehicle": car.name,
@@ -166,7 +167,7 @@ def diagnose_row(log: str, options: Mapping[str, Any]) -> Row:
         "explained": result.proof.shrink.explained,
         "unexplained": result.document()["unexplained"]["fraction"],
         **found(result.gap.findings),
-        **evidence(result, candidates),
+        **evidence(result, candidates, withheld),
     }
 
 
@@ -248,7 +249,7 @@ def causes(result: Diagnosis) -> Row:
     return row
 
 
-def evidence(result: Diagnosis, only: Sequence[str]) -> Row:
+def evidence(result: Diagnosis, only: Sequence[str], withheld: Sequence[str]) -> Row:
     """Return what the log says of every candidate, to be added to that of others.
 
     As it was explained: thinned, on the road that was felt, its commands held or not.
@@ -258,8 +259,7 @@ def evidence(result: Diagnosis, only: Sequence[str]) -> Row:
     from rcc_sim.diagnose.fleet.pool import evidence_of, packed
 
     problems = [result.problem]
-    form = evidence_of(
-        Engine(problems), result.found.null, candidates_for(problems, only)
-    )
+    able = candidates_for(problems, only, withheld)
+    form = evidence_of(Engine(problems), result.found.null, able)
     columns, numbers = packed(form)
     return {"pool_columns": columns, "pool": numbers}

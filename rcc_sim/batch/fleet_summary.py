@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from rcc_sim.analyse.gap_energy import percent_of
 from rcc_sim.batch.batch import kind_of
 from rcc_sim.batch.fleet_rows import TEMPERATURE
 from rcc_sim.diagnose.fleet.pool import Evidence, unpacked
@@ -121,7 +122,7 @@ def energy(rows: Sequence[Row]) -> dict[str, Any]:
     place = max(places, key=lambda at: (places[at], at == "battery"))
     known = [row for row in every if row.get("at") == place]
     measured = sum(row["measured_wh"] for row in known)
-    gap = sum(row["gap_wh"] for row in known)
+    simulated = sum(row["simulated_wh"] for row in known)
     percents = [r["gap_percent"] for r in known if r["gap_percent"] is not None]
     return {
         "logs": len(known),
@@ -129,9 +130,9 @@ def energy(rows: Sequence[Row]) -> dict[str, Any]:
         "elsewhere": len(every) - len(known),
         "within": sum(bool(row["within"]) for row in known),
         "measured_wh": measured,
-        "simulated_wh": sum(row["simulated_wh"] for row in known),
-        "gap_wh": gap,
-        "gap_percent": 100 * gap / measured if measured else None,
+        "simulated_wh": simulated,
+        "gap_wh": sum(row["gap_wh"] for row in known),
+        "gap_percent": percent_of(measured, simulated),
         **_scatter("gap_percent", percents),
     }
 

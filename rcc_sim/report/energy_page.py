@@ -64,4 +64,5 @@ def regime_spans(trace: Trace) -> tuple[Span, ...]:
     """Return stretches of one kind of driving."""
     if "speed_mps" not in trace:
         return ()
-    return spans_of(trace["time_s"], kinds_of_driving(trace), REGIMES)
+    names = (*REGIMES, "speed_unknown")  # the last, as kind -1
+    return spans_of(trace["time_s"], kinds_of_driving(trace), names)

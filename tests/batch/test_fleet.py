@@ -22,7 +22,7 @@ from rcc_sim.batch.fleet_rows import (
     diagnose_row,
 )
 from rcc_sim.batch.fleet_summary import recurring, summary
-from rcc_sim.definitions.cycle import Cycle
+from rcc_sim.definitions.cycle import Cycle, parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.fleet.pool import unpacked
 from rcc_sim.errors import InputError
@@ -88,6 +88,23 @@ def test_a_log_of_500_rows_a_second_is_pooled_as_it_was_explained(tmp_path):
     form = unpacked(row["pool_columns"], row["pool"])
     assert [s.effect for s in form.strengths] == [*weighed]
     assert np.isfinite(form.score).all() and np.all(np.diag(form.information) >= 0)
+
+
+@pytest.mark.slow
+def test_an_effect_that_was_taken_out_may_be_found_in_each_log(tmp_path):
+    rng = np.random.default_rng(3)
+    true = load_vehicle("r1t_epa")
+    cycle = parse_cycle("udds[20:200]")
+    trace = simulate(true, cycle, imposed=True, output_rate=10.0).trace
+    power = trace["battery_power_w"] + rng.normal(0, 100.0, len(trace))
+    log = {"time_s": trace["time_s"], "speed_mps": trace["speed_mps"]}
+    with (tmp_path / "a.csv").open("wb") as file:
+        write_trace(Trace({**log, "battery_power_w": power}), file)
+    options = {"vehicle": "r1t_epa", "withhold": ["road_load"]}
+    row = diagnose_row(str(tmp_path / "a.csv"), options)
+    assert row["cause"] == "road_load"
+    form = unpacked(row["pool_columns"], row["pool"])
+    assert "road_load" in {s.effect for s in form.strengths}
 
 
 def test_logs_that_fail_alike_are_counted_together(logs):
@@ -271,6 +288,12 @@ def test_a_summary_sums_energies_and_gathers_by_class():
         ("0 to 5", 2),
     ]
     assert found["by"]["vehicle"][0]["logs"] == 3
+
+
+def test_the_gap_of_a_fleet_that_recuperates_has_the_sign_of_its_logs():
+    given = {"measured_wh": -1.0, "simulated_wh": -2.0, "gap_wh": 1.0}
+    found = summary([row(**given, gap_percent=100.0)], "gap")["energy"]
+    assert found["gap_percent"] == found["gap_percent_median"] == 100.0
 
 
 def named(effect, *tied):
