@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from rcc_sim.definitions.cycle import Cycle
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
+from rcc_sim.simulate.road import STEEPEST
 from rcc_sim.trace import Trace
 
 Profile = tuple[ArrayLike, ArrayLike]
@@ -22,12 +23,13 @@ OUTPUT_RATE = {"speed": 100.0, "torque": 10.0, "throttle": 100.0}
 def road_profile(road: Trace) -> Profile:
     """Return the slope over distance of a surveyed road, from slope or elevation.
 
-    Where elevation is known, the slope at the middle of two points is rise over run.
+    Where elevation is known, the slope at the middle of two points is rise over run,
+    Δh / sqrt(Δs² - Δh²), s being the way along the road.
 
     Raises
     ------
     InputError
-        If the road has neither, or holds gaps.
+        If the road has neither, or rises as no road does.
     """
     distance = road["distance_m"] - road["distance_m"][0]
     if "slope" in road:
@@ -35,11 +37,17 @@ def road_profile(road: Trace) -> Profile:
     height = road["elevation_m"]
     if len(height) < 2:
         raise InputError(f"{road.name}: elevation_m: one row gives no slope")
-    steps = np.diff(height) / np.sqrt(
-        np.maximum(np.diff(distance) ** 2 - np.diff(height) ** 2, 1e-12)
-    )
+    way, rise = np.diff(distance), np.diff(height)
+    steep = np.abs(rise) > STEEPEST * way
+    if steep.any():
+        row = int(steep.argmax())
+        raise InputError(
+            f"{road.name}: elevation_m, row {row + 2}: {rise[row]:+.3g} m in "
+            f"{way[row]:.3g} m is steeper than any road",
+            "even the heights out over distance, or give the slope",
+        )
     middle = 0.5 * (distance[1:] + distance[:-1])
-    return middle, steps
+    return middle, rise / np.sqrt(way**2 - rise**2)
 
 
 def throttle_drive(log: Trace) -> tuple[Cycle, Profile]:

@@ -115,6 +115,13 @@ def test_a_surveyed_road_and_a_logged_load_are_driven(cycle, tmp_path):
     failed(done, "distance_m")
 
 
+def test_a_road_steeper_than_any_is_refused_by_its_row(cycle, tmp_path):
+    road = tmp_path / "road.csv"
+    road.write_text("distance_m,elevation_m\n0,0\n1,0\n1.1,0.2\n40,0.2\n")
+    done = rccsim("simulate", "r1t", "--cycle", cycle, "--road-log", road)
+    failed(done, "elevation_m, row 3: +0.2 m in 0.1 m")
+
+
 def test_what_a_cycle_file_holds_beside_its_speeds_is_told_unless_followed(tmp_path):
     run = tmp_path / "run.csv"
     run.write_text("time_s,speed_mps,steer_cmd_rad\n0,0,0\n2,3,0.1\n9,0,0.1\n")
