@@ -417,6 +417,19 @@ def test_a_voltage_of_another_battery_asks_whose_log_it_is():
     assert of_another(checked.findings) == f"battery_voltage_v {finding.what}"
 
 
+def test_what_is_off_beside_a_named_mistake_is_told_beside_it():
+    """In millivolts, of a battery of 4.3 times the volts."""
+    log = logged(*CAR, noise=1.0)
+    high = with_fault(log, "battery_voltage_v", lambda u: 4300 * u)
+    checked = check_log(high, load_vehicle(CAR[0]))
+    (unit,) = found(checked, "unit", "battery_voltage_v")
+    assert "mV" in unit.what
+    (other,) = found(checked, "other_battery", "battery_voltage_v")
+    assert other.what.startswith("is 4.3 times the vehicle file's")
+    (power,) = found(checked, "inconsistent", "battery_power_w")
+    assert "0.23" in power.what
+
+
 def test_a_log_of_another_vehicle_is_no_wrong_unit():
     """Of a scaled car's log beside a pick-up's file, and the other way round."""
     for drive, other in ((CAR, TRUCK), (TRUCK, CAR)):

@@ -210,6 +210,23 @@ def test_first_rows_of_zeros_are_left_out():
     assert {kind for kind, _ in grave(checked)} == {"zero_start"}
 
 
+def test_a_log_in_milliseconds_is_checked_as_the_same_in_seconds():
+    log = logged(*CAR)
+    columns = {n: v.copy() for n, v in log.columns.items() if n != "yaw_rate_radps"}
+    for name in columns.keys() - {"time_s"}:
+        columns[name][:15] = 0.0
+    columns["accel_y_mps2"][:] = 0.0  # noisy sensors beside it: it is dead
+    columns = {n: np.delete(v, slice(500, 531)) for n, v in columns.items()}
+    one = check_log(Trace(columns))
+    other = check_log(Trace({**columns, "time_s": 1e3 * columns["time_s"]}))
+    told = {f.kind: (f.what, f.where) for f in one.findings}
+    assert {"gap", "zero_start", "dead"} <= told.keys()
+    again = {f.kind: (f.what, f.where) for f in other.findings}
+    assert again.keys() - told.keys() == {"time_unit"}
+    for kind in ("gap", "zero_start", "dead"):
+        assert again[kind] == told[kind]
+
+
 @each_drive
 def test_a_command_that_starts_while_the_car_drives_is_late(drive):
     log = logged(*drive)

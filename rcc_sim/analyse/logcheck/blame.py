@@ -57,7 +57,7 @@ def blame(
     if against:
         findings.append(_other_vehicle(against))
         broken = [r for r in broken if r not in against]
-    return findings + [_odd(r) for r in broken[:3]]
+    return findings + [_odd(r, _expected(r, factors)) for r in broken[:3]]
 
 
 def _against_the_file(
@@ -239,17 +239,18 @@ def _factor(relation: Relation, expected: float = 1.0) -> str:
     return f"{off:.3g} times what it should be"
 
 
-def _odd(relation: Relation) -> Finding:
-    """Return the finding of a relation that no usual mistake explains."""
+def _odd(relation: Relation, expected: float) -> Finding:
+    """Return the finding of a relation that is off what named mistakes make of it."""
     channel = next(iter(relation.powers))
     kind = "inconsistent"
-    what = f"does not go with the rest ({relation.what}: {_factor(relation)})"
+    what = f"does not go with the rest ({relation.what}: {_factor(relation, expected)})"
     action = "look at " + " and ".join(relation.powers)
     if relation.powers.keys() == {"battery_voltage_v"}:
         kind = "other_battery"
-        what = f"is {relation.middle:.3g} times the vehicle file's"
+        off = relation.middle / expected
+        what = f"is {off:.3g} times the vehicle file's"
         action = "was it this vehicle that drove?"
-        if TENTHS[0] < relation.middle < TENTHS[1]:
+        if TENTHS[0] < off < TENTHS[1]:
             action += " Or a VESC that sent tenths of a volt? "
             action += "A --map with `factor = 0.1` mends them"
     return Finding(

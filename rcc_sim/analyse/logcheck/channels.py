@@ -48,15 +48,17 @@ takes it off the wall at once: a tail thins out, it does not pile up."""
 POSE = ("x_m", "y_m", "yaw_rad", "elevation_m")
 
 
-def dead(columns: Columns) -> list[Finding]:
-    """Return the channels that hold one value all along, and what that means."""
+def dead(columns: Columns, step: float) -> list[Finding]:
+    """Return the channels that hold one value all along, and what that means.
+
+    ``step`` is the usual time between two rows. [s]
+    """
     found = []
     fixed = {n: v for n, v in columns.items() if is_constant(v)}
     empty = [n for n, v in columns.items() if not np.isfinite(v).any()]
     found += [_dead(name, "has no value in any row") for name in empty]
     moves = "speed_mps" not in fixed and "speed_mps" in columns
     turns = "steer_cmd_rad" in columns and "steer_cmd_rad" not in fixed
-    step = float(np.median(np.diff(columns["time_s"])))
     noisy = [is_noisy(columns[n]) for n in MEASURED if n in columns and n not in fixed]
     real = step < SLOW and 2 * sum(noisy) > len(noisy)
     for name, values in fixed.items():

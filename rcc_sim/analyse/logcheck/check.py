@@ -128,15 +128,14 @@ def _checked(trace: Trace, vehicle: Vehicle | None, base: TimeBase) -> Checked:
         )
     findings = list(base.findings)
     columns = _finite(trace, base.keep, findings)
-    time = columns["time_s"]
-    gone = dead(columns)
+    gone = dead(columns, 1 / base.rate)
     findings += gone
     for finding in gone:
         if finding.kind == "dead":
             del columns[finding.channel]
     if not any(np.isfinite(columns[n]).any() for n in columns if n != "time_s"):
         raise InputError(f"{trace.name}: no channel holds a value")
-    skip, found = zero_start(time, columns)
+    skip, found = zero_start(columns["time_s"] * base.factor, columns)
     findings += found
     columns = {name: values[skip:] for name, values in columns.items()}
     seconds = columns["time_s"] * base.factor

@@ -122,7 +122,8 @@ def late_commands(time: Array, columns: Columns) -> list[Finding]:
                 f"{lasts:.3g} s without it",
                 when(time, np.arange(first)),
                 sure=0.85,
-                action="used from there on; what is before it is not simulated",
+                action="used as it is: until then nothing is asked of the model; "
+                f"`--span {at(time, time[first])}:` leaves that out",
                 severity="warning",
                 start_s=float(time[0]),
                 end_s=float(time[first]),

@@ -81,7 +81,7 @@ def time_base(trace: Trace) -> TimeBase:
                 action="used as it is; only differences matter",
             )
         )
-    findings += _gaps(time, keep, steps, middle)
+    findings += _gaps(time * factor, keep, steps * factor, middle * factor)
     return TimeBase(keep, findings, 1.0 / (middle * factor), factor)
 
 
