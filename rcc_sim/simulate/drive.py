@@ -175,7 +175,7 @@ def drive_of(log: Trace, vehicle: Vehicle, window: float = 0.01) -> Drive:
     if stand:
         road, distance = ((np.zeros(1), np.zeros(1)), None)
     ref, steer, throttle, aux, wind, yaw_rate = (
-        _whole(log, time, column)
+        whole(log, column)
         for column in (
             *("speed_ref_mps", "steer_cmd_rad", "throttle", "aux_power_w"),
             *("headwind_mps", "yaw_rate_radps"),
@@ -311,11 +311,11 @@ def _refuse(log: Trace, vehicle: Vehicle) -> None:
     )
 
 
-def _whole(log: Trace, time: Array, column: str) -> Array:
+def whole(log: Trace, column: str) -> Array:
     """Return a column without gaps; zeros where the log does not have it."""
     if not has(log, column):
-        return np.zeros(len(time))
-    values = np.ascontiguousarray(log[column])
+        return np.zeros(len(log))
+    values, time = np.ascontiguousarray(log[column]), log["time_s"]
     known = np.isfinite(values)
     return values if known.all() else np.interp(time, time[known], values[known])
 
@@ -374,5 +374,5 @@ def _road(
         return stated, distance
     if has(log, "slope"):
         s, first = np.unique(distance, return_index=True)
-        return (s, _whole(log, time, "slope")[first]), distance
+        return (s, whole(log, "slope")[first]), distance
     return surveyed_slope(distance, log["elevation_m"], time), distance

@@ -121,3 +121,16 @@ def test_a_reference_that_holds_for_ten_milliseconds_is_followed_to_the_tick():
     for channel in ("speed_mps", "motor_current_a"):
         left = fewer[channel] - problem.driven({})[channel]
         assert np.nanstd(left) < 1.2 * sensor_noise(left), channel
+
+
+def test_a_command_that_lost_a_row_leaps_where_it_did():
+    def stairs(t):
+        return np.floor(10 * t) / 10 + 0.1
+
+    log = log_of(1000.0, speed_mps=np.sin, speed_ref_mps=stairs)
+    whole = with_fewer_rows(log, 5)
+    lost = log["speed_ref_mps"].copy()
+    lost[333] = np.nan
+    fewer = with_fewer_rows(Trace({**log.columns, "speed_ref_mps": lost}, name="x"), 5)
+    assert np.array_equal(fewer["time_s"], whole["time_s"])
+    assert np.array_equal(fewer["speed_ref_mps"], whole["speed_ref_mps"])

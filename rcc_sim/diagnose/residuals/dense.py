@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from rcc_sim.analyse.logcheck.finding import COMMANDS, Finding
 from rcc_sim.analyse.logcheck.relation import mean_of_known
 from rcc_sim.analyse.logged import COMPARED, Logged
-from rcc_sim.simulate.drive import holds
+from rcc_sim.simulate.drive import has, holds, whole
 from rcc_sim.simulate.smooth import interval_of
 from rcc_sim.trace import Trace
 
@@ -67,8 +67,9 @@ def with_fewer_rows(log: Trace, many: int) -> Trace:
     stiff: that it leaps neither early nor late on the whole, it is as in the last row;
     and where its leaps come evenly, most of them are at middle ones.
     """
-    held = [c for c in COMMANDS if c in log and holds(log[c])]
-    first = most_leapt([log[c] for c in held], many) if held else 0
+    asked = {c: whole(log, c) for c in COMMANDS if has(log, c)}
+    held = {c: x for c, x in asked.items() if holds(x)}
+    first = most_leapt([*held.values()], many) if held else 0
     count = (len(log) - first) // many
     rows = first + np.arange(count * many).reshape(count, many)
     time = log["time_s"][rows]
@@ -80,7 +81,7 @@ def with_fewer_rows(log: Trace, many: int) -> Trace:
         if name in COMPARED:
             back = 0 if name in SAMPLED else many // 2
             return mean_of_known(x[np.maximum(rows - back, 0)])
-        return x[rows[:, -1 if name in held else many // 2]]
+        return held[name][rows[:, -1]] if name in held else x[rows[:, many // 2]]
 
     return Trace({n: fewer(n, x) for n, x in log.columns.items()}, name=log.name)
 
@@ -88,6 +89,6 @@ def with_fewer_rows(log: Trace, many: int) -> Trace:
 def most_leapt(commands: Sequence[Array], many: int) -> int:
     """Return the row from which on commands leap most to the middle of so many."""
     ways = [np.abs(np.diff(x, prepend=x[0])) / np.ptp(x) for x in commands]
-    whole = len(commands[0]) // many * many
-    each = np.nan_to_num(np.sum(ways, axis=0))[:whole].reshape(-1, many)
+    full = len(commands[0]) // many * many
+    each = np.sum(ways, axis=0)[:full].reshape(-1, many)
     return int((np.argmax(each.sum(axis=0)) - many // 2) % many)
