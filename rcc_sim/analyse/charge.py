@@ -21,9 +21,6 @@ Rows = NDArray[np.intp]
 
 COLUMN, POWER = "state_of_charge_percent", "battery_power_w"
 
-FULL = ("battery.capacity_ah", "battery.nominal_voltage_v")
-"""What the energy of a full battery is made of."""
-
 STEPS = 4
 """Steps that the charge falls by in a typical stretch: rounding, which moves either
 end by a uniform part of a step, is then 10 % of its energy.
@@ -105,7 +102,7 @@ class Charge:
             return moved
         shifts = self.shifts(moved.moved[POWER])
         for key, (value, sd) in toleranced(vehicle).items():
-            if key in FULL:
+            if key in vehicle.battery_energy_of:
                 drawn = self.held(self.power) * sd / value
                 shifts[moved.keys.index(key)] -= drawn
         return replace(moved, moved={**moved.moved, POWER: shifts})

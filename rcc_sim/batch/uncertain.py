@@ -25,9 +25,6 @@ Array = NDArray[np.float64]
 LEVELS = (0.05, 0.95)
 """Ends of the intervals: nine draws of ten lie between."""
 
-CAPACITY = ("battery.capacity_ah", "battery.nominal_voltage_v")
-"""Figures that the range hangs on beside the consumption."""
-
 INPUTS = ("run", "error", "ledger_left_open")
 
 
@@ -138,7 +135,7 @@ def drawn_energy(
         aux_power=_logged(trace, "aux_power_w"),
     )
     keys, values, columns = _drawn(
-        vehicle, cycle, how, draws, method, seed, None, beside=CAPACITY
+        vehicle, cycle, how, draws, method, seed, None, beside=vehicle.battery_energy_of
     )
     stated = {"energy_wh": report.energy_wh, "wh_per_km": report.wh_per_km}
     stated |= {f"energy_{sink}_wh": wh for sink, wh in report.ledger.items()}
@@ -294,9 +291,9 @@ def _summed(
 
 
 def _relative(vehicle: Vehicle, keys: tuple[str, ...], values: Array) -> Array:
-    """Return the battery's capacity in each draw over that which the file states."""
+    """Return the battery's energy in each draw over that which the file states."""
     whole = np.ones(len(values))
-    for key in CAPACITY:
+    for key in vehicle.battery_energy_of:
         if key in keys:
             column = values[:, keys.index(key)]
             whole = whole * column / column[0]

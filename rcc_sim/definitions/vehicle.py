@@ -115,12 +115,25 @@ class Vehicle:
 
     @property
     def battery_energy(self) -> float | None:
-        """Energy of a full battery, capacity times nominal voltage, if stated. [J]"""
-        battery = self.battery
-        volts = battery.nominal_voltage_v or battery.open_circuit_voltage_v
-        if battery.capacity_ah is None or volts is None:
+        """Energy of a full battery, the product of what it is made of. [J]
+
+        None where one of them is not stated.
+        """
+        known = self.figures()
+        if not all(key in known for key in self.battery_energy_of):
             return None
-        return battery.capacity_ah.value * volts.value * J_PER_WH
+        capacity, volts = (known[key].value for key in self.battery_energy_of)
+        return capacity * volts * J_PER_WH
+
+    @property
+    def battery_energy_of(self) -> tuple[str, str]:
+        """Figures of which that is made: capacity, and nominal voltage if stated.
+
+        Else the open-circuit voltage.
+        """
+        nominal = self.battery.nominal_voltage_v is not None
+        volts = "nominal_voltage_v" if nominal else "open_circuit_voltage_v"
+        return "battery.capacity_ah", f"battery.{volts}"
 
     def figures(self) -> dict[str, Figure]:
         """Dotted key -> figure, of everything that the file states."""

@@ -67,6 +67,17 @@ def test_a_trace_gets_the_interval_of_the_run_that_made_it():
     assert reach.low < stated < reach.high
 
 
+def test_a_range_is_as_unsure_as_the_voltage_by_which_its_battery_is_told():
+    """5 % of an open-circuit voltage are 5 % of the energy of a full battery."""
+    volts = {"value": 400.0, "sd": 20.0}
+    load = {"auxiliary_load": {"power_w": 900.0}}
+    vehicle = truck(load, battery__open_circuit_voltage_v=volts)
+    trace = simulate(vehicle, DRIVE, imposed=True).trace
+    report = energy_report(trace)
+    reach = drawn_energy(vehicle, trace, report, 2000).spreads["range_km"]
+    assert reach.sd == pytest.approx(0.05 * reach.value, rel=0.1)
+
+
 def test_a_measured_trace_has_no_interval_of_a_file():
     time = np.arange(10.0)
     log = Trace({"time_s": time, "speed_mps": time, "battery_power_w": time})
