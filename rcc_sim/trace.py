@@ -24,6 +24,14 @@ DIGITS = 10
 Array = NDArray[np.float64]
 
 
+def integral_of(time: Array, rate: Array) -> Array:
+    """Integral since the first row of rates (n,) or (n, k), by the trapezoidal rule."""
+    steps = np.diff(time).reshape(-1, *[1] * (rate.ndim - 1))
+    out = np.zeros_like(rate, dtype=float)
+    np.cumsum(0.5 * (rate[1:] + rate[:-1]) * steps, axis=0, out=out[1:])
+    return out
+
+
 @dataclass(frozen=True)
 class Trace:
     """Time series by column name, the unit as the last part of each name.

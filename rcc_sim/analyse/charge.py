@@ -32,7 +32,7 @@ FEWEST = 12
 """Stretches below which a log tells nothing by its charge."""
 
 ROUNDING = 1e-6
-"""Difference below which two states of charge are the same. [%]"""
+"""Difference below which two states of charge [%], or two times [s], are the same."""
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from rcc_sim.errors import InputError
 from rcc_sim.physics.ledger import left_open
 from rcc_sim.similitude.scale import Scales
 from rcc_sim.similitude.unlikely import DENSEST
-from rcc_sim.trace import Trace
+from rcc_sim.trace import Trace, integral_of
 from rcc_sim.units import J_PER_WH
 
 STANDS = 0.002
@@ -164,9 +164,7 @@ def _whole(trace: Trace, values: Array, what: str) -> Array:
 
 
 def _integral(trace: Trace, values: Array, what: str) -> Array:
-    values = _whole(trace, values, what)
-    steps = np.diff(trace["time_s"])
-    return np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * steps)])
+    return integral_of(trace["time_s"], _whole(trace, values, what))
 
 
 def _residual(trace: Trace, ledger: dict[str, float]) -> float:

@@ -17,9 +17,6 @@ from rcc_sim.trace import Trace
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-MEMORY = 10.0
-"""Times of the vehicle's own over which noise may remember itself. [1]"""
-
 SAMPLE = 200_000
 """Rows from which the size of a noise is judged."""
 

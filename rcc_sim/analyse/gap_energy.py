@@ -126,8 +126,7 @@ def shaft_power(columns: Mapping[str, Array], vehicle: Vehicle) -> Array | None:
         return torque * columns["motor_speed_radps"]
     if "speed_mps" not in columns:
         return None
-    gear = vehicle.drivetrain.gear_ratio.value / vehicle.tyres.radius_m.value
-    return torque * columns["speed_mps"] * gear
+    return torque * columns["speed_mps"] * vehicle.rad_per_m
 
 
 def shaft_torque(columns: Mapping[str, Array], vehicle: Vehicle) -> Array | None:

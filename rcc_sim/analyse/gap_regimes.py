@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rcc_sim.definitions.kernel import answering_time
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.physics.step import SLIP_BLEND
 from rcc_sim.units import J_PER_WH
@@ -61,9 +62,7 @@ class Scale:
     @classmethod
     def of(cls, vehicle: Vehicle) -> Scale:
         """Return the scale of a vehicle. [s], [m/s], [m/s²]"""
-        C_F = vehicle.tyres.front_cornering_stiffness_n_per_rad.value
-        l = vehicle.wheelbase
-        t = float(np.sqrt(vehicle.body.mass_kg.value * l / C_F))
+        l, t = vehicle.wheelbase, answering_time(vehicle)
         return cls(t, l / t, l / t**2)
 
     @property

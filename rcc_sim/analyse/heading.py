@@ -7,9 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.simulate.drive import integral_of
 from rcc_sim.simulate.roughness import sensor_noise
-from rcc_sim.trace import Trace
+from rcc_sim.trace import Trace, integral_of
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

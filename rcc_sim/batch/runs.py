@@ -44,6 +44,7 @@ from rcc_sim.simulate.given import (
 from rcc_sim.simulate.notes import coarse
 from rcc_sim.simulate.own import NotCompiled, own_terms
 from rcc_sim.simulate.run import LaneChanges
+from rcc_sim.trace import integral_of
 
 if TYPE_CHECKING:
     import pyarrow
@@ -309,9 +310,7 @@ class Sweep:
         ]
         if not lengths:
             return ()
-        speed, step = self.cycle.speed_mps, np.diff(self.cycle.time_s)
-        moved = 0.5 * (speed[1:] + speed[:-1]) * step
-        driven = np.concatenate([[0.0], np.cumsum(moved)])
+        driven = integral_of(self.cycle.time_s, self.cycle.speed_mps)
         length, scale = min(lengths, key=lambda pair: pair[0] / pair[1])
         return coarse({"distance_m": driven * scale}, float(length))
 

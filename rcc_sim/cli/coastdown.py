@@ -115,7 +115,7 @@ def _equivalent(given: float | None, car: Vehicle | None) -> float:
     if given is not None or car is None:
         return given or 0.0
     J = car.figures().get("effects.rotor_inertia.inertia_kgm2")
-    n = car.drivetrain.gear_ratio.value / car.tyres.radius_m.value
+    n = car.rad_per_m
     return reflected_mass(J.value, n) if J else 0.0
 
 

@@ -11,7 +11,6 @@ from pydantic_core import CoreSchema, core_schema
 
 Z_90 = 1.6448536269514722  # 1; half-width of a 90 % interval in standard deviations
 
-SOURCES = ("measured", "datasheet", "EPA", "paper", "derived", "guess")
 KEYS = ("value", "sd", "low", "high", "source")
 
 

@@ -66,7 +66,7 @@ def converted(vehicle: Vehicle, v_max: float) -> list[dict[str, Any]]:
     InputError
         If the vehicle states no road load at all, or a part would be negative.
     """
-    n = vehicle.drivetrain.gear_ratio.value / vehicle.tyres.radius_m.value
+    n = vehicle.rad_per_m
     m = vehicle.body.mass_kg.value
     rho = _stated(vehicle, "aerodynamic_drag", "air_density_kg_per_m3")
     if "road_load" in vehicle.effects:

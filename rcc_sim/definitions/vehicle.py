@@ -114,6 +114,11 @@ class Vehicle:
         return self.tyres.radius_m.value / self.drivetrain.gear_ratio.value
 
     @property
+    def rad_per_m(self) -> float:
+        """Angle that its motor turns by per way of the vehicle, N_d/r_w. [rad/m]"""
+        return self.drivetrain.gear_ratio.value / self.tyres.radius_m.value
+
+    @property
     def battery_energy(self) -> float | None:
         """Energy of a full battery, the product of what it is made of. [J]
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rcc_sim.identify.series import Array, correlation_time, r_squared
+from rcc_sim.trace import integral_of
 
 STEPS = 120
 """Runge-Kutta steps over a coast. [1]"""
@@ -45,9 +46,7 @@ class Coast:
         x = t - t[0]
         grid = np.linspace(0.0, x[-1], 2 * STEPS + 1)
         if elevation is not None:
-            way_m = np.concatenate(
-                [[0.0], np.cumsum((v[1:] + v[:-1]) / 2 * np.diff(x))]
-            )
+            way_m = integral_of(x, v)
             height, distance = np.interp(grid, x, elevation), np.interp(grid, x, way_m)
             on_grid = np.gradient(height, np.maximum.accumulate(distance) + 1e-9 * grid)
         elif slope is not None:
@@ -205,10 +204,7 @@ def _first_guess(
     for c in coasts:
         slope = np.interp(c.t, np.linspace(0, c.t[-1], c.slope.size), c.slope)
         powers = np.column_stack([c.v ** "ABC".index(n) for n in terms] + [slope])
-        area = np.zeros_like(powers)
-        area[1:] = np.cumsum(
-            (powers[1:] + powers[:-1]) / 2 * np.diff(c.t)[:, None], axis=0
-        )
+        area = integral_of(c.t, powers)
         area -= area.mean(axis=0)
         rows.append(area[:, :-1])
         right.append(-inertia[0] * (c.v - c.v.mean()) - inertia[1] * area[:, -1])

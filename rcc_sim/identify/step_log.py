@@ -11,6 +11,7 @@ import numpy as np
 from rcc_sim.errors import InputError
 from rcc_sim.identify.motion import Motion
 from rcc_sim.identify.series import Array, correlation_time, r_squared
+from rcc_sim.trace import integral_of
 
 DISTINCT = 0.1
 """Spread of the steady speeds, of the highest, from which B and T_C separate. [1]"""
@@ -224,9 +225,7 @@ def _fit_inertia(
     for rows in _between_jumps(motion.transient, torque):
         t, omega, tau = motion.t[rows], motion.omega[rows], torque[rows]
         columns = np.column_stack([tau, -omega, -np.sign(omega)])
-        area = np.zeros_like(columns)
-        steps = np.diff(t)[:, None]
-        area[1:] = np.cumsum((columns[1:] + columns[:-1]) / 2 * steps, axis=0)
+        area = integral_of(t, columns)
         speeds.append(omega - omega.mean())
         parts.append(area - area.mean(axis=0))
     omega, area = np.concatenate(speeds), np.concatenate(parts)

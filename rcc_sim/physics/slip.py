@@ -17,7 +17,7 @@ from rcc_sim.physics.powertrain import least_torque, motor_brakes
 
 
 @jit
-def slide(p, c, s, u, f, E, v, T, R, dt):
+def slide(p, c, s, f, E, v, T, R, dt):
     """Move wheels and vehicle apart under shaft torque T [N m], resistance R [N].
 
     Sets the acceleration, the wheels' speed at the end of the step and the load on the

@@ -152,7 +152,7 @@ def step(p, c, s, u, f, E, flow, dt):
     corner(c, s, u, f, v, dt)
     T, R = accelerate(p, c, u, f)
     if c.slips > 0.0:
-        slide(p, c, s, u, f, E, v, T, R, dt)
+        slide(p, c, s, f, E, v, T, R, dt)
     v_1 = s.v_x + f.a * dt
     a_mean = f.a
     f.moving = dt  # how much of the step the wheels turn

@@ -13,6 +13,7 @@ from rcc_sim.definitions.cycle import Cycle
 from rcc_sim.definitions.figure import Figure as Stated
 from rcc_sim.definitions.vehicle import Vehicle, load_vehicle
 from rcc_sim.physics.effect import Effect
+from rcc_sim.report.channels import title_of
 from rcc_sim.report.plots import _legend_above, _line, _sheet
 from rcc_sim.simulate.given import throttle_drive
 from rcc_sim.simulate.run import simulate
@@ -30,18 +31,18 @@ BASE = {
 
 PANELS = 3
 
-CHANNELS = {
-    "speed_mps": "Speed",
-    "motor_current_a": "Motor current",
-    "battery_power_w": "Battery power",
-    "battery_voltage_v": "Battery voltage",
-    "battery_current_a": "Battery current",
-    "accel_x_mps2": "Acceleration",
-    "yaw_rate_radps": "Yaw rate",
-    "accel_y_mps2": "Lateral acceleration",
-    "x_m": "Way",
-    "y_m": "Lateral place",
-}
+CHANNELS = (
+    "speed_mps",
+    "motor_current_a",
+    "battery_power_w",
+    "battery_voltage_v",
+    "battery_current_a",
+    "accel_x_mps2",
+    "yaw_rate_radps",
+    "accel_y_mps2",
+    "x_m",
+    "y_m",
+)
 
 SMALL: dict[str, dict[str, float]] = {
     "battery_resistance": {"resistance_ohm": 0.05},
@@ -83,7 +84,7 @@ def plot_effect(name: str) -> Figure:
     for axis, column in zip(axes, shown, strict=True):
         _line(axis, on, column, "on", 1)
         _line(axis, off, column, "off", 0)
-        axis.set_ylabel(f"{CHANNELS[column]} [{unit_of(column)}]")
+        axis.set_ylabel(f"{title_of(column)} [{unit_of(column)}]")
     lines = {line.get_label(): line for line in axes[0].lines}
     told = ", ".join(
         f"{key} = {value:g}" if isinstance(value, float) else f"{key} = {value}"

@@ -98,9 +98,7 @@ def _gap(energy: Mapping[str, Any], *, plain: bool = False) -> str:
     measured, simulated = energy.get("measured_wh"), energy.get("simulated_wh")
     if measured is None or simulated is None:
         return ""
-    gap = energy.get("gap_percent")
-    if gap is None:
-        gap = 100 * (measured - simulated) / measured if measured else 0.0
+    gap = energy.get("gap_percent") or 0.0
     place = " at the shaft" if energy.get("at") == "shaft" else ""
     text = (
         f"of the energy that the log took{place}, the model {_missed(gap, 3)} "

@@ -14,6 +14,7 @@ from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError, require_positive
 from rcc_sim.similitude.limits import Limit, drive_limits
 from rcc_sim.similitude.scale import Scales
+from rcc_sim.trace import integral_of
 
 Array = NDArray[np.float64]
 TINY = 1e-9
@@ -266,8 +267,7 @@ def _on_track(cycle: Cycle, length: float) -> tuple[Track, Cycle]:
     if cycle.distance <= length:
         return Track(length, cycle.distance, None, cycle.distance), cycle
     time, speed = cycle.time_s, cycle.speed_mps
-    steps = np.diff(time) * (speed[1:] + speed[:-1]) / 2
-    driven = np.concatenate(([0.0], np.cumsum(steps)))
+    driven = integral_of(time, speed)
     stops = np.flatnonzero((speed == 0) & (driven > 0) & (driven <= length))
     if not stops.size:
         return Track(length, cycle.distance, None, cycle.distance), cycle

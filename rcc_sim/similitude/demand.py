@@ -63,7 +63,7 @@ def demand(vehicle: Vehicle, cycle: Cycle) -> Demand:
     dt = np.diff(cycle.time_s)
     v = (cycle.speed_mps[1:] + cycle.speed_mps[:-1]) / 2
     a = np.diff(cycle.speed_mps) / dt
-    n = vehicle.drivetrain.gear_ratio.value / vehicle.tyres.radius_m.value
+    n = vehicle.rad_per_m
     m = vehicle.body.mass_kg.value
     m = loaded(m, m, _value(vehicle, "payload", "mass_kg"))
     J = _value(vehicle, "rotor_inertia", "inertia_kgm2")

@@ -77,7 +77,7 @@ def drive_limits(vehicle: Vehicle, cycle: Cycle) -> list[Limit]:
         _grip(vehicle, asked),
         _braking(vehicle, asked),
         _dead_zone(vehicle, asked),
-        *_sampling(vehicle, cycle, asked),
+        *_sampling(vehicle, asked),
     ]
     return [limit for limit in limits if limit is not None]
 
@@ -155,7 +155,7 @@ def _braking(vehicle: Vehicle, asked: Demand) -> Limit | None:
         stated.get("max_torque_nm", math.inf),
         motor_torque_constant(vehicle) or 0.0,
     )
-    n = vehicle.drivetrain.gear_ratio.value / vehicle.tyres.radius_m.value
+    n = vehicle.rad_per_m
     most = asked.coast + brake * n / asked.m_eff
     slows = np.where(asked.a < 0, -asked.a, 0.0)
     note = (
@@ -179,7 +179,7 @@ def _dead_zone(vehicle: Vehicle, asked: Demand) -> Limit:
     return Limit("dead zone", "m/s", limit, slowest, seconds, note)
 
 
-def _sampling(vehicle: Vehicle, cycle: Cycle, asked: Demand) -> list[Limit]:
+def _sampling(vehicle: Vehicle, asked: Demand) -> list[Limit]:
     rows = 1 / asked.dt
     found = []
     period = vehicle.effects.get("reference_sampling", {}).get("period_s")

@@ -219,7 +219,7 @@ def match(
         to=to.name,
         arm=arm,
         changes=tuple(changes),
-        notes=tuple(_notes(comparison, rows, mine, other)),
+        notes=tuple(_notes(comparison, rows, other)),
         wheelbase=vehicle.wheelbase,
     )
 
@@ -274,7 +274,7 @@ def _solved(
 
 
 def _notes(
-    comparison: Comparison, rows: Mapping[str, Row], mine: Figures, other: Figures
+    comparison: Comparison, rows: Mapping[str, Row], other: Figures
 ) -> list[str]:
     notes = list(comparison.notes)
     drive = rows["final_drive"]

@@ -158,7 +158,7 @@ def motor_map(
             envelope_of(against),
             Scales.between(vehicle, against),
             asked=asked,
-            top_speed=None if top_speed is None else top_speed * _shaft(against),
+            top_speed=None if top_speed is None else top_speed * against.rad_per_m,
         )
     return MotorMap(
         vehicle.name,
@@ -169,10 +169,6 @@ def motor_map(
         envelope,
         other,
     )
-
-
-def _shaft(vehicle: Vehicle) -> float:
-    return vehicle.drivetrain.gear_ratio.value / vehicle.tyres.radius_m.value
 
 
 def _efficiency(vehicle: Vehicle, torque: Array, speed: Array) -> tuple[Array, str]:

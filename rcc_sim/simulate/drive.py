@@ -15,7 +15,7 @@ from rcc_sim.errors import InputError
 from rcc_sim.physics.rows import Commands, Measured
 from rcc_sim.simulate.road import surveyed_slope
 from rcc_sim.simulate.smooth import HOLE, interval_of, smoothed
-from rcc_sim.trace import Trace
+from rcc_sim.trace import Trace, integral_of
 from rcc_sim.units import G
 
 Array = NDArray[np.float64]
@@ -342,12 +342,6 @@ def holds(command: Array) -> bool:
     way[way <= ROUNDING * np.ptp(command)] = 0.0
     still = np.pad(way == 0.0, 1, constant_values=True)
     return bool(way[still[:-2] & still[2:]].sum() > LEAPT * way.sum())
-
-
-def integral_of(time: Array, rate: Array) -> Array:
-    """Way since the first row, from rates at the rows: m from m/s, rad from rad/s."""
-    steps = 0.5 * (rate[1:] + rate[:-1]) * np.diff(time)
-    return np.concatenate([[0.0], np.cumsum(steps)])
 
 
 def is_surveyed(log: Trace) -> bool:

@@ -271,10 +271,11 @@ def test_energies_at_the_battery_and_at_the_shaft_are_not_one_sum():
 
 
 def test_a_summary_sums_energies_and_gathers_by_class():
+    more = {"simulated_wh": 8.0, "gap_wh": 2.0, "gap_percent": 20.0}
     found = summary(
         [
             row(**{TEMPERATURE: 1.0}),
-            row(**{TEMPERATURE: 4.0, "gap_wh": 2.0, "gap_percent": 20.0}),
+            row(**{TEMPERATURE: 4.0, **more}),
             row(**{TEMPERATURE: -3.0, "within": True}),
             row(error="no log"),
         ],

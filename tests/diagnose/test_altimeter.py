@@ -15,9 +15,9 @@ from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.report.doubts import misread_sensors
 from rcc_sim.report.verdict import verdict_of
-from rcc_sim.simulate.drive import drive_of, integral_of
+from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import replay
-from rcc_sim.trace import Trace
+from rcc_sim.trace import Trace, integral_of
 from rcc_sim.units import G
 
 CAR = load_vehicle("tesla_model_3")

@@ -10,9 +10,9 @@ from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.knobs import nuisance_knobs
 from rcc_sim.diagnose.judge.direct import STRETCH, disagreeing
 from rcc_sim.diagnose.residuals.posed import problem_of
-from rcc_sim.simulate.drive import drive_of, integral_of
+from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import replay
-from rcc_sim.trace import Trace
+from rcc_sim.trace import Trace, integral_of
 from rcc_sim.units import G
 
 CAR = load_vehicle("tesla_model_3")

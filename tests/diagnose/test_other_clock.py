@@ -14,9 +14,8 @@ from rcc_sim.diagnose.judge.misread import misread
 from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.residuals.shapes import NEIGHBOURS, late_of
 from rcc_sim.report.doubts import misread_sensors
-from rcc_sim.simulate.drive import integral_of
 from rcc_sim.simulate.run import simulate
-from rcc_sim.trace import Trace
+from rcc_sim.trace import Trace, integral_of
 from rcc_sim.units import G
 
 CAR = load_vehicle("bmw_i3")

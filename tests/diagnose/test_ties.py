@@ -70,6 +70,7 @@ def rolling():
 def test_two_constant_drags_on_a_level_road_are_tied_and_air_is_not(rolling):
     engine, fit, able = rolling
     some = [c for c in able if c.effect in DRAG[1:]]
+    assert "aerodynamic_drag" in {c.effect for c in some}
     found = {r.effect: r for r in rivals_of(engine, fit, [KEY], some)}
     assert found["drivetrain_friction"].is_tied
     bare = without(engine, fit, [KEY])

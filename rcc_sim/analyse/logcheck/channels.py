@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -260,8 +262,11 @@ def _leaps(values: Array, first: int, end: int) -> bool:
     return bool(min(into, out) > 10 * usual)
 
 
-def clipped(time: Array, name: str, values: Array) -> list[Finding]:
-    """Return the finding of a sensor that ends at a wall: the same extreme, in rows."""
+def clipped(time: Array, name: str, values: Array) -> list[tuple[float, Finding]]:
+    """Return the walls at which a sensor ends, the same extreme in many rows, as found.
+
+    A limit of the current is no wall, and NaN.
+    """
     if name not in (*INERTIAL, "motor_current_a", "battery_current_a"):
         return []
     some = values[np.isfinite(values)]
@@ -281,19 +286,18 @@ def clipped(time: Array, name: str, values: Array) -> list[Finding]:
         piled = count > PILED * _most_alike(beside)
         if wall != 0 and count >= 8 * k and (stays or piled):
             limit = "current" in name
-            found.append(
-                Finding(
-                    "saturated",
-                    name,
-                    f"sits at {wall:.6g} in {count} rows, up to {long} on end, and "
-                    f"never goes {'above' if side > 0 else 'below'}: "
-                    + ("a limit" if limit else "the sensor's range ends there"),
-                    when(time, np.flatnonzero(at)),
-                    sure=0.85,
-                    action=USED_LIMIT if limit else "those rows are masked (NaN)",
-                    severity="info" if limit else "warning",
-                )
+            said = Finding(
+                "saturated",
+                name,
+                f"sits at {wall:.6g} in {count} rows, up to {long} on end, and "
+                f"never goes {'above' if side > 0 else 'below'}: "
+                + ("a limit" if limit else "the sensor's range ends there"),
+                when(time, np.flatnonzero(at)),
+                sure=0.85,
+                action=USED_LIMIT if limit else "those rows are masked (NaN)",
+                severity="info" if limit else "warning",
             )
+            found.append((np.nan if limit else wall, said))
     return found
 
 
@@ -306,13 +310,8 @@ def _most_alike(values: Array) -> int:
 USED_LIMIT = "used as it is; a controller's limit explains it"
 
 
-def clipped_rows(values: Array, found: list[Finding]) -> NDArray[np.intp]:
-    """Return the rows at a sensor's wall, to be masked."""
-    if not any(f.severity == "warning" for f in found):
-        return np.empty(0, dtype=np.intp)
-    high, low = np.nanmax(values), np.nanmin(values)
-    walls = [high] * any("above" in f.what for f in found)
-    walls += [low] * any("below" in f.what for f in found)
+def clipped_rows(values: Array, walls: Sequence[float]) -> NDArray[np.intp]:
+    """Return the rows at a sensor's walls, to be masked."""
     return np.flatnonzero(np.isin(values, walls))
 
 

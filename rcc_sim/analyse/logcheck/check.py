@@ -139,7 +139,7 @@ def _checked(trace: Trace, vehicle: Vehicle | None, base: TimeBase) -> Checked:
     findings += found
     columns = {name: values[skip:] for name, values in columns.items()}
     seconds = columns["time_s"] * base.factor
-    findings += _each(columns["time_s"], seconds, columns)
+    findings += _each(seconds, columns)
     findings += _together(columns, seconds, vehicle)
     findings.sort(key=lambda f: ORDER.index(f.severity))
     return Checked(Trace(columns, name=trace.name), tuple(findings), base.rate)
@@ -181,7 +181,7 @@ def _finite(trace: Trace, keep: Mask, findings: list[Finding]) -> dict[str, Arra
     return out
 
 
-def _each(time: Array, seconds: Array, columns: dict[str, Array]) -> list[Finding]:
+def _each(seconds: Array, columns: dict[str, Array]) -> list[Finding]:
     """Check one channel at a time; mask the rows that cannot be used."""
     findings: list[Finding] = []
     speed = columns.get("speed_mps")
@@ -198,10 +198,11 @@ def _each(time: Array, seconds: Array, columns: dict[str, Array]) -> list[Findin
             [
                 odd := spikes(seconds, name, values),
                 stuck_rows(frozen),
-                clipped_rows(values, walls),
+                clipped_rows(values, [wall for wall, _ in walls]),
             ]
         ).astype(int)
-        findings += stuck_findings(seconds, name, values, frozen) + walls
+        findings += stuck_findings(seconds, name, values, frozen)
+        findings += [said for _, said in walls]
         findings += spike_findings(seconds, name, values, odd)
         if len(bad):
             masked = values.copy()
@@ -253,7 +254,7 @@ def _together(
     findings += by_size(live, [*wrong, *told])
     if not any(f.kind == "other_vehicle" for f in findings):
         findings += beyond_reach(live, vehicle, [f.channel for f in findings])
-    findings += net_sign(seconds, live, wrong)
+    findings += net_sign(live, wrong)
     findings += unsigned(windows, wrong)
     findings += geared(known, vehicle, wrong)
     wrong = [f.channel for f in findings if f.severity == "error"]

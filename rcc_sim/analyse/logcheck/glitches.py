@@ -19,6 +19,7 @@ from rcc_sim.analyse.logcheck.finding import (
     when,
 )
 from rcc_sim.definitions.sensors import INERTIAL
+from rcc_sim.trace import integral_of
 
 HARDEST = 40.0
 """Acceleration that no wheeled vehicle holds over a row. [m/s²]"""
@@ -152,7 +153,6 @@ def height_leaps(time: Array, columns: Columns) -> tuple[Rows, list[Finding]]:
     there = np.flatnonzero(np.isfinite(height))
     if len(there) < 20:
         return nothing, []
-    from rcc_sim.simulate.drive import integral_of
 
     way = integral_of(time, np.abs(np.where(np.isfinite(speed), speed, 0.0)))
     rise = np.diff(height[there])

@@ -155,9 +155,7 @@ def _drive(m: Means, vehicle: Vehicle | None) -> list[Relation | None]:
     if "speed_mps" not in c:
         return out
     if "motor_speed_radps" in c:
-        n = 1.0
-        if vehicle is not None:
-            n = vehicle.drivetrain.gear_ratio.value / vehicle.tyres.radius_m.value
+        n = 1.0 if vehicle is None else vehicle.rad_per_m
         out.append(
             slope(
                 "motor speed against speed",
@@ -189,14 +187,13 @@ def _torque(c: Columns, rate: Array, vehicle: Vehicle | None) -> list[Relation |
     """Return what a motor's torque is of that which speeds the mass up."""
     if vehicle is None or "motor_torque_nm" not in c or off_the_ground(c):
         return []
-    mass, radius = vehicle.body.mass_kg.value, vehicle.tyres.radius_m.value
     return [
         slope(
             "motor torque against mass times tyre radius times the change of speed by "
             "gear ratio",
             {"motor_torque_nm": 1, "speed_mps": -1, "time_s": 1},
             c["motor_torque_nm"],
-            rate * mass * radius / vehicle.drivetrain.gear_ratio.value,
+            rate * vehicle.body.mass_kg.value * vehicle.lever,
             loose=WORK,
             least=0.5,
             by_vehicle=True,

@@ -92,7 +92,7 @@ def _order(time: Array) -> tuple[Mask, list[Finding]]:
     if not keep.all():
         rows = np.flatnonzero(~keep)
         findings.append(
-            _dropped("missing_stamp", f"{len(rows)} rows have no time", time, rows)
+            _dropped("missing_stamp", f"{len(rows)} rows have no time", rows)
         )
     rows = np.flatnonzero(keep)
     same = rows[1:][np.diff(time[rows]) == 0]
@@ -101,7 +101,7 @@ def _order(time: Array) -> tuple[Mask, list[Finding]]:
         what = f"{len(same)} rows repeat the stamp of the row before"
         if len(same) > LOST * len(time):
             what += ": the stamps are too coarse, or rows stand twice"
-        findings.append(_dropped("duplicate_stamps", what, time, same))
+        findings.append(_dropped("duplicate_stamps", what, same))
         rows = np.flatnonzero(keep)
     steps = np.diff(time[rows])
     if (steps < 0).any():
@@ -124,7 +124,7 @@ def _backwards(time: Array, rows: NDArray[np.intp], out: NDArray[np.intp]) -> Fi
         what += " (a clock that wraps at midnight?)"
     if len(out) <= LOST * len(time):
         what += f"; {len(out)} rows do not fit an increasing time"
-        return _dropped("backwards", what, time, out)
+        return _dropped("backwards", what, out)
     if wraps:
         mend = "add a day to the stamps from there on"
     elif len(anew) <= MANY_DRIVES:
@@ -153,7 +153,7 @@ def _scale(steps: Array) -> float:
     return unit[0].factor if unit and unit[0].factor else 1.0
 
 
-def _dropped(kind: str, what: str, time: Array, rows: NDArray[np.intp]) -> Finding:
+def _dropped(kind: str, what: str, rows: NDArray[np.intp]) -> Finding:
     place = f"row {rows[0] + 1}" + (f" to {rows[-1] + 1}" if len(rows) > 1 else "")
     return Finding(
         kind,

@@ -9,7 +9,6 @@ import numpy as np
 
 from rcc_sim.analyse.logcheck.finding import (
     DROPPED,
-    Array,
     Columns,
     Finding,
     by_map,
@@ -131,7 +130,7 @@ def beyond_reach(
     ]
 
 
-def net_sign(time: Array, columns: Columns, suspects: Sequence[str]) -> list[Finding]:
+def net_sign(columns: Columns, suspects: Sequence[str]) -> list[Finding]:
     """Return the current or power that flows into the battery over a whole drive."""
     out: list[Finding] = []
     speed = columns.get("speed_mps")

@@ -17,7 +17,7 @@ from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.profiles.probe import Probe
 from rcc_sim.diagnose.residuals.shapes import ALTIMETER
-from rcc_sim.simulate.drive import integral_of
+from rcc_sim.trace import integral_of
 
 FAR = 10.0
 """Height by which a receiver's altitude wanders at most, as a root mean square. [m]"""

@@ -98,7 +98,7 @@ LOUDER = np.exp(np.linspace(0.05, 1.6, 16))
 """Sizes of whitened residuals that are tried."""
 
 WINDOWS = 50
-"""Stretches of a log below a quarter of which gaps between windows are closed."""
+"""Stretches of a log below half of which gaps between windows are closed."""
 
 
 @dataclass(frozen=True)
@@ -367,10 +367,10 @@ def windows_of(
         power += part
         if float(part.sum()) > strongest:
             strongest, channel = float(part.sum()), probe.engine.tracks[i][1]
-    gap = 2.0 * (time[-1] - time[0]) / WINDOWS
+    gap = 0.5 * (time[-1] - time[0]) / WINDOWS
     spans: list[list[int]] = []
     for a, b in zip(*runs(clear), strict=True):
-        if spans and time[a] - time[spans[-1][1] - 1] < 0.25 * gap:
+        if spans and time[a] - time[spans[-1][1] - 1] < gap:
             spans[-1][1] = int(b)
         else:
             spans.append([int(a), int(b)])

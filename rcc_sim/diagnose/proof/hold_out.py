@@ -34,8 +34,9 @@ Mask = NDArray[np.bool_]
 STRETCHES = 8
 """Stretches that a log is cut into; every other one is held out in turn."""
 
-PARTS = 20
-"""Parts of what was kept back over which the shrink is averaged."""
+PARTS, PIECES = 20, 10
+"""Parts of what was kept back over which the shrink is averaged; of stretches held out,
+pieces of either half."""
 
 NOISE = FREEDOM / (FREEDOM - 2)
 """Mean square of noise alone: the variance of the t-distribution it follows."""
@@ -165,7 +166,7 @@ def hold_out(
     for half, test in fitted:
         after = engine.white(half.residuals, fit.noise) ** 2
         judged = restricted(fit.noise, engine, test)
-        parts = [p for p in np.array_split(np.flatnonzero(judged), 10) if len(p)]
+        parts = [p for p in np.array_split(np.flatnonzero(judged), PIECES) if len(p)]
         squares += [(float(before[p].mean()), float(after[p].mean())) for p in parts]
     if not squares:
         return UNPROVEN

@@ -164,7 +164,7 @@ def held_by(problem: Problem, noise: Mapping[str, float]) -> float:
     K_t = motor_torque_constant(vehicle)
     if gain is None or K_t is None:
         return 1.0
-    n = vehicle.drivetrain.gear_ratio.value / vehicle.tyres.radius_m.value
+    n = vehicle.rad_per_m
     rate = stiffness(gain.value, K_t, n**2, vehicle.body.mass_kg.value)
     made = gain.value * n * sensor_noise(problem.log["speed_mps"])
     made *= float(np.sqrt(rate * problem.row / 2))

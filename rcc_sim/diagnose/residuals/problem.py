@@ -29,10 +29,10 @@ from rcc_sim.diagnose.residuals.terminals import (
     tells,
 )
 from rcc_sim.physics.effects import neutral_of
-from rcc_sim.simulate.drive import Drive, integral_of, is_surveyed
+from rcc_sim.simulate.drive import Drive, is_surveyed
 from rcc_sim.simulate.replay import FREE, Recalls, replay
 from rcc_sim.simulate.smooth import interval_of
-from rcc_sim.trace import Trace
+from rcc_sim.trace import Trace, integral_of
 
 Array = NDArray[np.float64]
 
