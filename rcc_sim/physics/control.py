@@ -19,6 +19,10 @@ from rcc_sim.physics.powertrain import (
 from rcc_sim.physics.tables import bilinear
 from rcc_sim.physics.ticks import share_beyond
 
+SLOW = 0.15
+"""Speed that a driver has lost for its T_d where no more is wound up, and that a foot
+on the brake takes off in it: of the vehicle's own, l/t = sqrt(C_F l/m). [1]"""
+
 
 @jit
 def speed_loop(p, c, s, u, flow):
@@ -66,7 +70,7 @@ def driver(p, c, s, u, flow, F_resist):
     resistance F_resist [N]; what is left of the speed error is closed with time
     constant T_d, and its integral with 4 T_d.
     """
-    T_d = p.control.T_driver
+    T_d, slow = p.control.T_driver, SLOW * c.l / c.t_char
     v_ref = u.v_ref
     a_ref = u.a_ref
     if v_ref * c.n > p.motor.omega_max:
@@ -78,10 +82,11 @@ def driver(p, c, s, u, flow, F_resist):
         s.integral = 0.0
     else:
         s.integral += error * p.control.T_loop
-        s.integral = min(max(s.integral, -T_d), T_d)  # bounded: no wind-up
+        most = slow * T_d
+        s.integral = min(max(s.integral, -most), most)  # bounded: no wind-up
     demand = a_ref + error / T_d + s.integral / (4.0 * T_d * T_d)
     if u.v_ref == 0.0 and u.a_ref == 0.0:
-        demand -= 1.0 / T_d  # a foot on the brake at standstill
+        demand -= slow / T_d  # a foot on the brake at standstill
     return (c.m + c.J * c.n * c.n) * demand + F_resist
 
 

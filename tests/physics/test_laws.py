@@ -219,9 +219,11 @@ def test_halving_the_step_quarters_the_error():
         assert 3.0 < coarse / fine < 5.5
 
 
-@pytest.mark.parametrize("lanes", [None, 50.0])
-def test_a_vehicle_scaled_by_its_groups_gives_the_scaled_trace(lanes):
-    """No g, no ρ; loop rate and gains scale with the rest."""
+@pytest.mark.parametrize(
+    ("lanes", "power"), [(None, 623e3), (50.0, 623e3), (None, 15e3)]
+)
+def test_a_vehicle_scaled_by_its_groups_gives_the_scaled_trace(lanes, power):
+    """No g, no ρ; loop rate and gains scale with the rest. By 15 kW it falls behind."""
     own = {
         "drivetrain_damping": {"damping_nms_per_rad": 0.25},
         "rotor_inertia": {"inertia_kgm2": 0.2},
@@ -229,7 +231,7 @@ def test_a_vehicle_scaled_by_its_groups_gives_the_scaled_trace(lanes):
         "motor_efficiency": {"scale": 0.85},
         "auxiliary_load": {"power_w": 500.0},
     }
-    large = truck(own)
+    large = truck(own, motor__max_power_w=power)
     m, l, F = 1 / 900.0, 1 / 10.0, 1 / 420.0
     small = scaled_vehicle(large, "small", mass=m, length=l, force=F)
     T, V = math.sqrt(m * l / F), math.sqrt(l * F / m)
