@@ -27,8 +27,8 @@ from rcc_sim.definitions.sensors import INERTIAL
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
 from rcc_sim.readers import Log, read_log, with_vehicle
+from rcc_sim.roughness import sensor_noise
 from rcc_sim.simulate.drive import is_on_stand
-from rcc_sim.simulate.roughness import sensor_noise
 from rcc_sim.trace import Trace
 
 Places = NDArray[np.intp]

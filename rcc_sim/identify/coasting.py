@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from rcc_sim.errors import InputError
 from rcc_sim.identify.series import GAP, Array, stretches, usual_step
+from rcc_sim.roughness import sensor_noise
 
 ROWS_MIN = 6
 """Fewest rows of a coast. [1]"""
@@ -105,8 +106,7 @@ def _decelerations(
     t: Array, v: Array, rolling: NDArray[np.bool_], gap: float, top: float
 ) -> list[slice]:
     """Longest stretches over which the speed, apart from noise, only falls."""
-    noise = 1.4826 * float(np.median(np.abs(np.diff(v, 2)))) / 6**0.5
-    slack = max(4 * noise, 0.01 * top)
+    slack = max(4 * sensor_noise(v), 0.01 * top)
     parts = []
     for run in stretches(rolling, t, gap):
         start = low = run.start

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.simulate.roughness import (
+from rcc_sim.roughness import (
     is_coarse,
     is_rough,
     noise_of,

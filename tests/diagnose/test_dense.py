@@ -9,8 +9,8 @@ from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.residuals.dense import rows_to_one, thinned, with_fewer_rows
 from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.run import diagnose
+from rcc_sim.roughness import sensor_noise
 from rcc_sim.similitude.cycles import scale_cycle
-from rcc_sim.simulate.roughness import sensor_noise
 from rcc_sim.simulate.run import LaneChanges, simulate
 from rcc_sim.trace import Trace
 from tests.scaled_drive import NOISE

@@ -5,10 +5,10 @@ import pytest
 
 from rcc_sim.definitions.cycle import Cycle
 from rcc_sim.errors import InputError
+from rcc_sim.roughness import sensor_noise
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import replay
 from rcc_sim.simulate.road import surveyed_slope
-from rcc_sim.simulate.roughness import sensor_noise
 from rcc_sim.simulate.run import simulate
 from rcc_sim.simulate.smooth import chosen_jerk, smooth_speed, smoothed
 from rcc_sim.trace import Trace

@@ -30,7 +30,7 @@ from rcc_sim.diagnose.residuals.problem import MIN_ROWS, Problem
 from rcc_sim.diagnose.residuals.shapes import added_by
 from rcc_sim.errors import InputError
 from rcc_sim.jit import threads
-from rcc_sim.simulate.roughness import is_rough, resolution
+from rcc_sim.roughness import is_rough, resolution
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

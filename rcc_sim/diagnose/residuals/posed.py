@@ -21,9 +21,9 @@ from rcc_sim.diagnose.residuals.beside_motor import MOTOR, drawn_by_motor
 from rcc_sim.diagnose.residuals.problem import RECALLS, Problem
 from rcc_sim.diagnose.residuals.terminals import CURRENT, POWER
 from rcc_sim.physics.replay import stiffness
+from rcc_sim.roughness import is_rough, sensor_noise
 from rcc_sim.simulate.drive import Drive
 from rcc_sim.simulate.replay import replay
-from rcc_sim.simulate.roughness import is_rough, sensor_noise
 from rcc_sim.simulate.smooth import jerk_of, smooth_speed
 from rcc_sim.trace import Trace
 
