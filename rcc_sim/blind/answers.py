@@ -9,14 +9,17 @@ from typing import Any
 
 import numpy as np
 
+from rcc_sim.blind.drives import TIMING
 from rcc_sim.blind.measures import agreement, overlap
+from rcc_sim.trace import integral_of
 
 SAME = (
     {"rolling_resistance", "drivetrain_friction", "road_grade"},
     {"drivetrain_damping", "iron_loss"},
     {"aerodynamic_drag", "headwind"},
 )
-"""What no log of this kind can tell apart: naming any member counts as right."""
+"""What no log of this kind can tell apart: naming any member counts as right; a pair
+never holds two of one."""
 NOISY = 1.2  # 1; a channel counts whose square error is this much above its noise
 MOVING = 0.3  # m/s; slopes are compared where the vehicle is faster
 
@@ -135,8 +138,8 @@ def _windows(diagnosis: Mapping[str, Any], label: Mapping[str, Any]) -> Row | No
     windows = diagnosis.get("unexplained", {}).get("windows") or []
     windows = windows or diagnosis.get("where", {}).get("windows") or []
     spans = [(w["start_s"], w["end_s"]) for w in windows if "start_s" in w]
-    seconds = 75.0 if label["family"] == "rc" else 600.0
-    return overlap(spans, label["windows"]["log"], seconds)
+    lasts = TIMING[label["family"]].seconds
+    return overlap(spans, label["windows"]["log"], lasts)
 
 
 def _profiles(name: str, label: Mapping[str, Any], out: Path) -> dict[str, Any]:
@@ -158,10 +161,7 @@ def _profiles(name: str, label: Mapping[str, Any], out: Path) -> dict[str, Any]:
         else:
             log = pandas.read_csv(out / name / "log.csv.gz")
             t, v = log["time_s"].to_numpy(), log["speed_mps"].to_numpy()
-            way = np.concatenate(
-                [[0.0], np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(t))]
-            )
-            s = np.interp(time, t, way)
+            s = np.interp(time, t, integral_of(t, v))
             reference = np.interp(s, true["distance_m"], true["value"])
             moving = np.interp(time, t, v) > MOVING
         estimate = got[column].to_numpy(dtype=float)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,11 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.blind import sensors
+from rcc_sim.blind.answers import SAME
 from rcc_sim.blind.bases import BASES, TOLERANCES, WEIGHTS, Base, moved, stated, truth
 from rcc_sim.blind.drives import (
     STYLES,
     TIMING,
     Road,
+    again,
     drive,
     hills,
     smooth,
@@ -62,12 +64,6 @@ HIDES = {
     "regeneration_limit": "regen",
     "battery_resistance": "R_i",
 }
-TOGETHER_NOT = (
-    {"rolling_resistance", "drivetrain_friction", "road_grade"},
-    {"drivetrain_damping", "iron_loss"},
-    {"aerodynamic_drag", "headwind"},
-)
-"""Of each of these no log can tell which; a pair never holds two of one."""
 
 
 @dataclass(frozen=True)
@@ -103,17 +99,19 @@ def make_case(
     families: Sequence[str],
     base: Base | None = None,
     asked: Sequence[str] = (),
+    repeats: int = 0,
 ) -> Case:
     """Draw one case of a kind: ``single``, ``pair``, ``null`` or ``unknown``.
 
-    If effects are ``asked`` for, one of them acts; in a pair, beside any other.
+    If effects are ``asked`` for, one of them acts; in a pair, beside any other. The
+    drive is repeated so many times.
     """
     while True:
         family = base.family if base else str(rng.choice(list(families)))
         try:
             setting = _setting(family, kind, rng, base)
             effects, nats = _effects(setting, kind, rng, asked)
-            return _recorded(name, kind, setting, effects, nats, rng)
+            return _recorded(name, kind, setting, effects, nats, rng, repeats)
         except Unfit:
             continue
 
@@ -202,7 +200,7 @@ def _effects(
     count = 2 if kind == "pair" else 1
     for _ in range(TRIES):
         chosen = [str(n) for n in rng.choice(names, count, replace=False, p=weights)]
-        if any(len(tied & set(chosen)) > 1 for tied in TOGETHER_NOT):
+        if any(len(tied & set(chosen)) > 1 for tied in SAME):
             continue
         if len({"cg_shift", "payload", "wheel_radius"} & set(chosen)) > 1:
             continue
@@ -258,14 +256,15 @@ def _recorded(
     effects: list[Withheld],
     nats: dict[str, float],
     rng: np.random.Generator,
+    repeats: int,
 ) -> Case:
-    """Drive twice, read the sensors, write the file and the label."""
+    """Drive twice, and repeat the first; read the sensors, write file and label."""
     family = at.car.family
     other = drive(at.car, at.road, str(rng.choice(list(STYLES[family]))), rng)[0]
     bias = sensors.constants(family, rng)
     logs, windows, energy, distance = {}, {}, {}, {}
-    for part, d in (("log", at.drive), ("fresh", other)):
-        p, d = with_effects(at.p, at.road, d, effects, [])
+    for part, programme in _parts(at, other, repeats, rng):
+        p, d = with_effects(at.p, at.road, programme, effects, [])
         rows, books = fine(p, d, family)
         if not sound(rows, at.car, p.mu):
             raise Unfit
@@ -274,6 +273,8 @@ def _recorded(
         read = sensors.sensed(family, _read(rows, family, effects), bias, rng)
         keep = sensors.arrived(len(rows), rng)
         logs[part] = logged_columns(family, time, read, keep, d, at.surveyed)
+        if part not in ("log", "fresh"):
+            continue
         windows[part] = acting(time, rows[:, 9]) if kind == "unknown" else []
         energy[part] = books["battery"] / 3600.0
         distance[part] = float(rows[-1, 8])
@@ -305,6 +306,16 @@ def _recorded(
         "pulls_in_sds": {k: round(v, 2) for k, v in at.pulls.items()},
     }
     return Case(vehicle_text(name, at.file, hidden), logs, label)
+
+
+def _parts(
+    at: Setting, other: Drive, repeats: int, rng: np.random.Generator
+) -> Iterator[tuple[str, Drive]]:
+    """Yield the drive, another and, last of all, repeats of the first."""
+    yield "log", at.drive
+    yield "fresh", other
+    for k in range(repeats):
+        yield f"repeat{k + 1}", again(at.drive, at.car.family, at.road, rng)
 
 
 def logged_columns(

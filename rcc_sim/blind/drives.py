@@ -11,6 +11,7 @@ from rcc_sim.blind.bases import Base
 from rcc_sim.blind.plant import CLOCK, Drive
 
 Array = NDArray[np.float64]
+Rows = NDArray[np.int64]
 SLOPE_STEP = 5.0  # m
 STRAIGHT = 0.02  # 1; share of the top speed below which none steers; fades in to twice
 STYLES = {
@@ -184,15 +185,25 @@ def drive(
     speed = speed_programme(car, style, rng)
     steer = steering_programme(car, speed, rng)
     rough = rough_road(len(speed), road.rough, road.rough_s, rng)
-    dt = how.tick / how.substeps
-    per_row = round(how.row / dt)
-    first = int(rng.integers(max(per_row // 20, 2), per_row - 1))
-    steps = round(how.seconds / dt)
-    rows = np.arange(first, steps, per_row, dtype=np.int64)
+    rows, first = written(how, rng)
     return (
         Drive(speed, steer, rough, road.slope, SLOPE_STEP, road.aux, road.wind, rows),
         first,
     )
+
+
+def written(how: Timing, rng: np.random.Generator) -> tuple[Rows, int]:
+    """Return the steps at which rows are written, and the first of them."""
+    dt = how.tick / how.substeps
+    per_row = round(how.row / dt)
+    first = int(rng.integers(max(per_row // 20, 2), per_row - 1))
+    return np.arange(first, round(how.seconds / dt), per_row, dtype=np.int64), first
+
+
+def again(d: Drive, family: str, road: Road, rng: np.random.Generator) -> Drive:
+    """Return the same drive on another lane: as rough, elsewhere; rows as they fall."""
+    rough = rough_road(len(np.asarray(d.rough)), road.rough, road.rough_s, rng)
+    return d._replace(rough=rough, rows=written(TIMING[family], rng)[0])
 
 
 def smooth(d: Drive) -> Drive:

@@ -40,6 +40,7 @@ def make(
     families: Sequence[str] = FAMILIES,
     base: Base | None = None,
     effects: Sequence[str] = (),
+    repeats: int = 0,
     labels: Path | None = None,
     jobs: int = 1,
     done: Callable[[int], None] | None = None,
@@ -48,7 +49,8 @@ def make(
 
     Case k depends on the seed and k alone, so that more cases or more jobs leave
     those before as they are. If ``effects`` are asked for, one of them acts in each
-    single and pair. ``done`` is told how many are made.
+    single and pair. Each drive is repeated so many times on a road as rough. ``done``
+    is told how many are made.
 
     Raises
     ------
@@ -69,9 +71,10 @@ def make(
         raise InputError(f"{labels}: is there already", "it may be another seal's key")
     out.parent.mkdir(parents=True, exist_ok=True)
     labels.parent.mkdir(parents=True, exist_ok=True)
-    how = (seed, tuple(kinds), tuple(families), base, tuple(effects))
+    how = (seed, tuple(kinds), tuple(families), base, tuple(effects), repeats)
     made_by = {"seed": seed, "kinds": list(kinds), "families": list(families)}
     made_by |= {"effects": list(effects)} if effects else {}
+    made_by |= {"repeats": repeats} if repeats else {}
     part = Path(tempfile.mkdtemp(prefix=f".{out.name}.", dir=out.parent))
     try:  # the folder appears whole or not at all
         truth = {}
@@ -147,12 +150,12 @@ def _made(cases: int, how: tuple[Any, ...], jobs: int) -> Iterator[Made]:
 
 def _one(how: tuple[Any, ...], k: int) -> Made:
     """Make one case; alone in its process, and from the seed and its number alone."""
-    seed, kinds, families, base, effects = how
+    seed, kinds, families, base, effects, repeats = how
     rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(k,)))
     shares = np.array([KINDS[kind] for kind in kinds])
     kind = str(rng.choice(list(kinds), p=shares / shares.sum()))
     name = f"c{k:04d}"
-    case = make_case(name, kind, rng, families, base, effects)
+    case = make_case(name, kind, rng, families, base, effects, repeats)
     logs = {part: packed(columns) for part, columns in case.logs.items()}
     return name, case.vehicle, logs, case.label
 

@@ -17,8 +17,9 @@ from rcc_sim.blind.seal import read_seal
 from rcc_sim.errors import InputError
 
 RESULTS = "results"
-SEEN = ("vehicle.toml", "log.csv.gz")
-"""What a diagnosis sees of a case; the fresh drive comes into sight afterwards."""
+SEEN, AGAIN = ("vehicle.toml", "log.csv.gz"), "repeat*.csv.gz"
+"""What a diagnosis sees of a case, and its repeats; the fresh drive comes into sight
+afterwards."""
 LIMIT = 300.0  # s for one command
 INTERRUPTED = 130  # exit status of a command that was interrupted
 
@@ -104,11 +105,13 @@ def _one(out: Path, name: str, command: Command) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch) / "case"
         folder.mkdir()
-        for file in SEEN:
+        repeats = sorted(path.name for path in (out / name).glob(AGAIN))
+        for file in (*SEEN, *repeats):
             shutil.copyfile(out / name / file, folder / file)
+        again = [word for file in repeats for word in ("--repeats", file)]
         start = time.perf_counter()
         try:
-            result["diagnosis"] = command(DIAGNOSE, folder)
+            result["diagnosis"] = command((*DIAGNOSE, *again), folder)
             result["seconds"] = time.perf_counter() - start
             shutil.copyfile(out / name / "fresh.csv.gz", folder / "fresh.csv.gz")
             result["fresh"] = {

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from rcc_sim.blind.drives import TIMING
 from rcc_sim.blind.plant import GRAVITY
 from rcc_sim.blind.strengths import Scene, Withheld
 
@@ -92,10 +93,10 @@ def freezing_steering(scene: Scene, rng: np.random.Generator) -> Withheld:
 
 def lost_load(scene: Scene, rng: np.random.Generator) -> Withheld:
     """A load, in the file, that falls off on the way."""
-    seconds = 75.0 if scene.car.family == "rc" else 600.0
+    lasts = TIMING[scene.car.family].seconds
     on = {
         "drop_m": float(rng.uniform(0.12, 0.3)) * scene.p.m,
-        "drop_t": float(rng.uniform(0.3, 0.6)) * seconds,
+        "drop_t": float(rng.uniform(0.3, 0.6)) * lasts,
     }
     return _made("lost_load", on, {"drop_m": 0.0, "drop_t": np.inf})
 

@@ -60,6 +60,14 @@ def make(
             "and regeneration_fade are drawn only so.",
         ),
     ] = "",
+    repeats: Annotated[
+        int,
+        typer.Option(
+            help="Times that each drive is driven again, as rough: `run` gives these "
+            "logs to diagnose as --repeats.",
+            min=0,
+        ),
+    ] = 0,
     labels: Annotated[
         Path | None, typer.Option(help="Default: OUT.labels.json.", metavar="F")
     ] = None,
@@ -79,6 +87,7 @@ def make(
         families=family.split(","),
         base=base_of(vehicle) if vehicle else None,
         effects=effects.split(",") if effects else (),
+        repeats=repeats,
         labels=labels,
         jobs=jobs,
         done=counter(cases),

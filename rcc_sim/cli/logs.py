@@ -44,7 +44,7 @@ Repeats = Annotated[
     list[str] | None,
     typer.Option(
         help="Another log of the same drive: how they scatter is the noise by which "
-        "the gap is judged; repeatable.",
+        "gap and causes are judged; repeatable.",
         metavar="LOG",
     ),
 ]

@@ -47,6 +47,7 @@ from rcc_sim.diagnose.proof.hold_out import Proof, leave_shaft, proof
 from rcc_sim.diagnose.residuals.dense import rows_to_one, thinned, with_fewer_rows
 from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.residuals.problem import MIN_ROWS, Problem
+from rcc_sim.diagnose.residuals.repeated import not_shared
 from rcc_sim.diagnose.residuals.shapes import LATERAL
 from rcc_sim.diagnose.residuals.sizes import size_of
 from rcc_sim.diagnose.residuals.terminals import VOLTAGE
@@ -104,8 +105,10 @@ def diagnose(
         offsets = tuple(c for name in withheld for c in OFFSETS.get(name, ()))
         problems = [problem_of(one.log, vehicle) for one in logs]
         refuse_silent(problems)
-        if offsets:
-            problems = [replace(p, unzeroed=offsets) for p in problems]
+        again = [problem_of(log, vehicle) for log in repeats]
+        problems = [
+            replace(p, unzeroed=offsets, noise=not_shared(p, again)) for p in problems
+        ]
         felt = as_felt(Engine(problems))
         able = candidates_for(problems, candidates, withheld)
         engine, found = as_sent(

@@ -8,6 +8,7 @@ import json
 import numpy as np
 import pytest
 
+from rcc_sim.analyse.gap_channels import refuse_other_drives
 from rcc_sim.blind import bases, drives, worth
 from rcc_sim.blind.case import make_case
 from rcc_sim.blind.label import acting
@@ -70,6 +71,29 @@ def test_the_same_seed_gives_the_same_bytes_with_any_number_of_jobs(made, tmp_pa
     again = make(tmp_path / "again", cases=6, seed=11, jobs=2)
     assert again.sha256 == seal.sha256
     assert content(tmp_path / "again") == content(out)
+
+
+def test_repeats_are_the_same_drive_on_another_lane(made, tmp_path):
+    out, _ = made
+    again = make(tmp_path / "again", cases=2, seed=11, repeats=2)
+    names = {"vehicle.toml", "log.csv.gz", "fresh.csv.gz"}
+    for case in again.cases:
+        there = content(tmp_path / "again" / case)
+        assert content(out / case).items() <= there.items()
+        repeats = {"repeat1.csv.gz", "repeat2.csv.gz"}
+        assert there.keys() == names | repeats
+        log, *others = (
+            read_trace(str(tmp_path / "again" / case / name))
+            for name in ("log.csv.gz", *sorted(repeats))
+        )
+        refuse_other_drives(log, others)
+        known = [x for x in ("speed_ref_mps", "steer_cmd_rad") if x in log]
+        for other in others:
+            for name in known:
+                then = np.interp(log["time_s"], other["time_s"], other[name])
+                assert np.max(np.abs(then - log[name])) < 0.1 * np.ptp(log[name])
+            at = other["time_s"], other["accel_x_mps2"]
+            assert np.std(np.interp(log["time_s"], *at) - log["accel_x_mps2"]) > 0.05
 
 
 def test_more_cases_leave_those_before_as_they_are(made, tmp_path):

@@ -71,6 +71,7 @@ def bumpy(kinks):
     engine.pool = ThreadPoolExecutor(1)
     engine.valid = [np.ones(len(t), dtype=bool)]
     engine.grows_with, engine.edges, engine.least = [[]], [[]], [0.0]
+    engine.memory = [None]
     engine.stands, engine.added = [None], {}
     engine.residuals = lambda v, coarse=False: [seen - v["x"] * t]
     leaps = kinks * np.where(np.arange(len(t)) % 2, 1.0, -1.0)

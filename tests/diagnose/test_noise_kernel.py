@@ -65,7 +65,7 @@ def test_a_memory_settles_at_that_of_least_squares_by_its_own_weights():
     z = [0.5, -0.2, 0.1] @ means + RNG.standard_t(kernel.FREEDOM, n)
     memory, squares = np.zeros(3), np.empty(n)
     for _ in range(10):  # until the weights have settled
-        size = compiled(kernel.fit_memory)(z, means, memory, squares)
+        size = compiled(kernel.fit_memory)(z, means, 2, memory, squares)
     left = z - memory @ means
     np.testing.assert_allclose(squares, left**2)
     W = (kernel.FREEDOM + 1) / (kernel.FREEDOM + squares / size**2)
@@ -96,9 +96,22 @@ def test_machine_code_and_plain_python_give_the_same():
     found = []
     for run in (compiled(kernel.learn), kernel.learn):
         share, memory, scale = np.full(2, 0.5), np.zeros(3), np.ones(n)
-        size = run(e, rows, X, edges, share, memory, scale)
+        size = run(e, rows, X, edges, 2, share, memory, scale)
         found.append(np.concatenate([[size], share, memory, scale]))
     np.testing.assert_allclose(found[0], found[1], rtol=1e-12)
+
+
+def test_a_memory_that_is_known_stays_and_the_size_is_of_what_it_leaves():
+    n = 20_000
+    e = RNG.normal(size=n)
+    e[1:] += 0.6 * e[:-1]  # foreseen by more than what is known
+    share, memory, scale = np.ones(1), np.array([0.3]), np.ones(n)
+    known = np.arange(n), np.ones((1, n)), np.array([0, 1])
+    size = compiled(kernel.learn)(e, *known, 0, share, memory, scale)
+    assert memory[0] == 0.3
+    left = e[1:] - 0.3 * e[:-1]
+    squares = kernel.robust_size(left**2)
+    assert size * scale[0] == pytest.approx(np.sqrt(squares), rel=1e-3)
 
 
 def test_a_drift_is_followed_as_the_whole_covariance_would_have_it():

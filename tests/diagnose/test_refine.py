@@ -32,6 +32,7 @@ def engine():
     engine.tracks = [(0, "seen")]
     engine.valid = [np.ones(len(t), dtype=bool)]
     engine.grows_with, engine.edges, engine.least = [[]], [[]], [0.0]
+    engine.memory = [None]
     engine.stands = [None]
     engine.residuals = lambda v, coarse=False: [
         seen - np.exp(-v["stated"] * v.get("factor", 1.0) * t)

@@ -78,6 +78,7 @@ class Engine:
         self.pool = ThreadPoolExecutor(others) if others else None
         self.tracks = [(i, c) for i, p in enumerate(problems) for c in p.channels]
         self.valid, self.grows_with, self.edges, self.least = [], [], [], []
+        self.memory: list[Array | None] = []
         self.stands: list[Mask | None] = []
         self.added: dict[str, dict[int, Array | float]] = {}
         for p in problems:
@@ -97,6 +98,9 @@ class Engine:
                 )
                 edges = lag_edges(1 / p.row, MEMORY, len(t))
                 self.edges.append([] if counts else edges)
+                self.memory.append(
+                    remembered(p, c, self.grows_with[-1], self.edges[-1])
+                )
                 told = c in GIVEN and p.drive.imposed and p.charge is None
                 counted = [(ok & at).sum() for at in (p.at_rest, ~p.at_rest)]
                 told = told and edges != [0] and min(counted) >= MIN_ROWS
@@ -147,7 +151,7 @@ class Engine:
                 # a noise that remembers would take an offset that is to be found; a
                 # heading does not wander off at a rate that stays
                 e = e - float(np.mean(e[valid]))
-            known = (self.grows_with[i], self.edges[i], self.least[i])
+            known = (self.grows_with[i], self.edges[i], self.least[i], self.memory[i])
             stands = self.stands[i]
             if stands is None:
                 return fit_whitener(e, valid, *known)
@@ -339,3 +343,20 @@ class Engine:
 
         self.each(one, range(len(J)))
         return Tangent(J, white.T)
+
+
+def remembered(
+    problem: Problem, channel: str, grows_with: list[Array], edges: list[int]
+) -> Array | None:
+    """Return what a channel's noise remembers, by repeats of the drive if any tell.
+
+    What is missing in the model may look like a noise that remembers; but repeats share
+    it, and not their noise.
+    """
+    apart = problem.noise.get(channel)
+    if apart is None or len(edges) < 2:
+        return None
+    known = np.isfinite(apart)
+    if known.sum() < MIN_ROWS:
+        return None
+    return fit_whitener(apart, known, grows_with, edges).memory

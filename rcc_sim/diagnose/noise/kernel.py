@@ -20,8 +20,8 @@ from rcc_sim.jit import over_arrays
 FREEDOM = 8.0
 """Degrees of freedom of the t-distribution that whitened residuals follow."""
 
-TURNS, STEPS, SOLVED = 3, 12, 2
-"""Turns of scale and memory; steps of the shares, and of the memory, in each."""
+TURNS, STEPS = 3, 12
+"""Turns of scale and memory; steps of the shares in each."""
 
 SIZED, NEAR = 100, 1e-4
 """Steps of a size at most, and the change from which on it takes no more."""
@@ -92,12 +92,13 @@ def leave_drift(e, rows, sd, gain, fade, w):
 
 
 @over_arrays
-def learn(e, rows, X, edges, share, memory, scale):
+def learn(e, rows, X, edges, solved, share, memory, scale):
     """Learn the noise of a residual e (n,) from some of its rows.
 
     X (k, n) is what its variance may grow with. Written are the shares of X (k,), the
-    weights of the means of the blocks between ``edges`` (m,) and the scale (n,);
-    returned is the size of what is left.
+    weights of the means of the blocks between ``edges`` (m,), solved for so many times
+    a turn (0: they stay as they are), and the scale (n,); returned is the size of what
+    is left.
     """
     n, v, m = len(e), len(rows), len(memory)
     z, squares, means = np.empty(v), np.empty(v), np.zeros((m, v))
@@ -117,7 +118,7 @@ def learn(e, rows, X, edges, share, memory, scale):
         for i in range(n):
             scale[i] = math.sqrt(scale[i])
         look_back(e, rows, scale, edges, total, z, means)
-        size = fit_memory(z, means, memory, squares)
+        size = fit_memory(z, means, solved, memory, squares)
     return size
 
 
@@ -167,7 +168,7 @@ def fit_scale(squares, X, share):
 
 
 @over_arrays
-def fit_memory(z, means, memory, squares):
+def fit_memory(z, means, solved, memory, squares):
     """Write the weights of the means (m, n) that foresee z; return the size left.
 
     Least squares with the weights of a t-distribution. Written are the squares of what
@@ -178,7 +179,7 @@ def fit_memory(z, means, memory, squares):
     variance = robust_size(squares)
     N, b = np.empty((m, m)), np.empty(m)
     weight, part = np.empty(len(z)), np.empty(len(z))
-    for _ in range(SOLVED * (m > 0)):
+    for _ in range(solved * (m > 0)):
         for i in range(len(z)):
             weight[i] = (FREEDOM + 1.0) / (FREEDOM + squares[i] / variance)
         for j in range(m):

@@ -32,6 +32,9 @@ Mask = NDArray[np.bool_]
 CURVATURE = (FREEDOM + 1) / (FREEDOM + 3)
 """Fisher information of the t-distribution about its centre, its scale being 1."""
 
+SOLVED = 2
+"""Times that the memory is solved for in each turn of scale and memory."""
+
 DRIFTS = (16.0, 32.0, 64.0, 128.0)
 """Times [rows] in which the drift of a sensor dies away."""
 
@@ -267,8 +270,9 @@ def fit_whitener(
     grows_with: list[Array],
     edges: list[int],
     least: float = 0.0,
+    memory: Array | None = None,
 ) -> Whitener:
-    """Learn scale and memory from a residual.
+    """Learn scale and memory from a residual; the scale alone where that is known.
 
     The scale's square is 1 plus a non-negative sum of the squares of what the noise
     may grow with (speed; how fast the channel changes), learnt from what the memory
@@ -279,8 +283,7 @@ def fit_whitener(
     scale = np.ones(len(e))
     if n < 10 or not np.any(e[valid]):
         size = max(least, 1e-12) if n >= 10 else 1.0
-        memory = np.zeros(max(len(edges) - 1, 0))
-        return Whitener(scale, memory, edges, size, valid)
+        return Whitener(scale, np.zeros(max(len(edges) - 1, 0)), edges, size, valid)
     raw = np.where(valid, e, 0.0)
     parts = [np.ones(len(e))]
     for g in grows_with:
@@ -288,9 +291,10 @@ def fit_whitener(
         if unit > 0:
             parts.append(g**2 / unit)
     share = np.full(len(parts), 1.0 / len(parts))
-    memory = np.zeros(max(len(edges) - 1, 0))
+    solved = SOLVED if memory is None else 0
+    memory = np.zeros(max(len(edges) - 1, 0)) if memory is None else memory.copy()
     known = (np.flatnonzero(valid), np.stack(parts), np.array(edges, dtype=np.intp))
-    sigma = compiled(learn)(raw, *known, share, memory, scale)
+    sigma = compiled(learn)(raw, *known, solved, share, memory, scale)
     unit = float(np.sqrt(share[0])) or 1.0
     size, scale = sigma * unit, scale / unit
     if size < least:  # how a model errs that is as exact as this, nobody knows

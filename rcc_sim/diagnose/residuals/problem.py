@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import inf
 
@@ -94,6 +94,8 @@ class Problem:
         Yaw rate by a heading that was measured, by which the gyro is judged. [rad/s]
     recalls : tuple of float
         How the model's speed and its loop's integral come to the log's (`RECALLS`).
+    noise : dict
+        Channel -> what repeats of the drive do not share of its residual, where known.
     """
 
     vehicle: Vehicle
@@ -104,6 +106,7 @@ class Problem:
     unzeroed: tuple[str, ...] = ()
     turned: Array | None = None
     recalls: Recalls = RECALLS
+    noise: Mapping[str, Array] = field(default_factory=dict)
 
     @cached_property
     def channels(self) -> tuple[str, ...]:
@@ -198,7 +201,7 @@ class Problem:
         if VOLTAGE in left and CURRENT in self.log:
             ohm = figures.get(RESISTANCE, self.stated(RESISTANCE))
             beside = self.log[CURRENT] - out[CURRENT]
-            left[VOLTAGE] += ohm * flowed(beside, self._metered, self._steady)
+            left[VOLTAGE] += ohm * flowed(beside, *self._metered)
         return self.beside([*left.values()])
 
     @cached_property
@@ -214,12 +217,8 @@ class Problem:
         return (None if self.torqued else beside_motor(*known)) or list
 
     @cached_property
-    def _metered(self) -> float:
-        return metered(self.log, self.nominal[CURRENT])
-
-    @cached_property
-    def _steady(self) -> int:
-        return steady_rows(self.log)
+    def _metered(self) -> tuple[float, int]:
+        return metered(self.log, self.nominal[CURRENT]), steady_rows(self.log)
 
     def stated(self, key: str) -> float:
         """Return what the vehicle file says of a figure, or what it is without."""
