@@ -19,31 +19,29 @@ from rcc_sim.analyse.logged import Logged
 from rcc_sim.analyse.offsets import OFFSETS
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.causes.candidates import candidates_for
-from rcc_sim.diagnose.causes.cause import Cause, left_by_stronger
+from rcc_sim.diagnose.causes.cause import left_by_stronger
 from rcc_sim.diagnose.diagnosis import Diagnosis
 from rcc_sim.diagnose.fitting.engine import MEMORY, Engine
 from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.fitting.pulls import moved, moved_together
 from rcc_sim.diagnose.fitting.tips import no_surer
 from rcc_sim.diagnose.judge.apart_from_nil import apart_from_nil
-from rcc_sim.diagnose.judge.energies import proves_nothing, stays_off, worsens
 from rcc_sim.diagnose.judge.misread import findings_of
 from rcc_sim.diagnose.judge.restless import is_doubtful, restless
-from rcc_sim.diagnose.judge.stands import only, what_stands
+from rcc_sim.diagnose.judge.stands import what_stands
 from rcc_sim.diagnose.judge.verdict import (
     DOUBTLESS,
     EVEN,
     asserted_of,
     ends_early,
-    estimates,
     of_another,
     probability,
     status_of,
 )
 from rcc_sim.diagnose.next_run.experiment import next_experiments
 from rcc_sim.diagnose.profiles.as_felt import as_felt
-from rcc_sim.diagnose.proof.by_log import LogEnergy, each_log, noise_of
-from rcc_sim.diagnose.proof.hold_out import Proof, leave_shaft, proof
+from rcc_sim.diagnose.proof.by_log import noise_of
+from rcc_sim.diagnose.proof.proven import proven
 from rcc_sim.diagnose.residuals.dense import rows_to_one, thinned, with_fewer_rows
 from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.residuals.problem import MIN_ROWS, Problem
@@ -121,23 +119,12 @@ def diagnose(
     stands = what_stands(engine, found, able, stated, told)
     told("proof on held-out rows")
     fresh = [problem_of(one.log, vehicle) for one in holdouts]
-    torqued = any(p.torqued for p in (*engine.problems, *fresh))
-    by_torque = torqued and leave_shaft(stands.causes, stands.engine.tracks)
-    level = levels_of(stands.causes, stands.fit, stated)
-    proven = partial(proof, nominal=engine, holdouts=fresh, by_torque=by_torque)
-    proved = proven(stands.engine, fit=stands.fit, level=level)
-    large = any(g.energy.beyond(DOUBTLESS) for g in gaps)
-    doubtless = any(g.energy.within is False for g in gaps)
-    refuted: tuple[str, ...] = ()
-    apart = partial(each_log, gaps, engine, by_torque=by_torque)
-    varies = not fresh and any(c.over_time for c in stands.causes)
-    if is_refuted(stands.causes, proved, gaps, doubtless=doubtless) or (
-        varies and opens_gaps(apart(stands.engine, stands.fit))
-    ):
-        refuted, large = tuple(c.effect for c in stands.causes), doubtless
-        stands = only(engine, found, stands, [])
-        proved = proven(stands.engine, fit=stands.fit, level={})
+    kept = proven(engine, found, stands, gaps, fresh, stated)
+    stands, proved, noise = kept.stands, kept.proof, noise_of(gaps)
     acting, causes, left = stands.engine, stands.causes, stands.left
+    doubtless = any(g.energy.within is False for g in gaps)
+    large = doubtless and bool(kept.refuted)
+    large |= not kept.refuted and any(g.energy.beyond(DOUBTLESS) for g in gaps)
     if not causes and doubtless:
         left = replace(left, opens_gap=True)
     wanders = {r.log: r.heights for r in left.rivals if r.heights} | felt.wanders
@@ -146,15 +133,7 @@ def diagnose(
     gaps = tuple(replace(g, findings=g.findings + said(i)) for i, g in enumerate(gaps))
     kinds = {f.kind for g in gaps for f in g.findings}
     fit = no_surer(acting, stands.fit, {k for c in causes for k in c.keys})
-    pulls = map(abs, moved(fit, stated).values())
-    farthest = max([moved_together(fit, stated), *pulls])
-    if any(of_another(g.findings) for g in gaps):
-        farthest = inf
-    unproven = not fresh and proved.shrink.may_be_none
-    # what leaves the energy of rows held out as it was is not what acts, or not all
-    unproven |= stays_off(
-        proved.before, proved.after, noise_of(gaps), doubtless=doubtless
-    )
+    farthest = farthest_moved(fit, stated, gaps)
     # what was found beside a stronger cause that ends is no surer than that
     early = [*accumulate((ends_early(c, fit, vehicle.known) for c in causes), or_)]
     chances = [
@@ -162,7 +141,7 @@ def diagnose(
             c,
             left,
             farthest,
-            doubtful=end or unproven or is_doubtful(c, loose),
+            doubtful=end or kept.unproven or is_doubtful(c, loose),
             spared=left_by_stronger(c, causes),
         )
         for c, end in zip(causes, early, strict=True)
@@ -170,7 +149,6 @@ def diagnose(
     row = size_of(engine.problems[0], "row")
     asserted = asserted_of(fit, causes, stands.rivals, stated, row, chances)
     asserted = apart_from_nil(acting, fit, asserted)
-    by_log = apart(acting, fit) if len(gaps) > 1 else ()
     told("which run to drive next")
     runs = tuple(next_experiments(acting, fit, asserted, stands.rivals))
     status = status_of(
@@ -179,12 +157,12 @@ def diagnose(
         proved.before,
         proved.after,
         doubtless=doubtless,
-        noise=noise_of(gaps),
+        noise=noise,
         large=large,
         explained=proved.shrink.explained,
         ends=any(early),
         farthest=farthest,
-        disagree=any(one.disagrees for one in by_log) or "opposed" in kinds,
+        disagree=any(one.disagrees for one in kept.by_log) or "opposed" in kinds,
         even=any(chance <= EVEN for chance in chances),
         wanders="restless" in kinds,
     )
@@ -192,9 +170,19 @@ def diagnose(
     hidden = tuple(dict.fromkeys(c for one in logs for c in one.hidden))
     return Diagnosis(
         vehicle, engine.problems[shown], gaps, status, asserted, found, fit, left,
-        proved, runs, tuple(one.log.name for one in holdouts), refuted, shown,
-        tuple(candidates), hidden, by_log,
+        proved, runs, tuple(one.log.name for one in holdouts), kept.refuted, shown,
+        tuple(candidates), hidden, kept.by_log,
     )  # fmt: skip
+
+
+def farthest_moved(fit: Fit, stated: Mapping[str, float], gaps: Sequence[Gap]) -> float:
+    """Return by how many sds stated figures are off, alone or all together.
+
+    Without end where a log and the vehicle's file contradict each other.
+    """
+    if any(of_another(g.findings) for g in gaps):
+        return inf
+    return max([moved_together(fit, stated), *map(abs, moved(fit, stated).values())])
 
 
 @contextmanager
@@ -255,41 +243,3 @@ def why_silent(problem: Problem) -> str:
             "stated with an sd, or not: log current or power as well"
         )
     return "; ".join(needs)
-
-
-def is_refuted(
-    causes: Sequence[Cause], proved: Proof, gaps: Sequence[Gap], *, doubtless: bool
-) -> bool:
-    """Tell whether rows that no fit saw refute some causes.
-
-    Where a gap is ``doubtless`` they do nothing for it there; nor does a profile,
-    though it was fitted there too. Or they open one, which what each drive has of its
-    own may, being another on rows held out.
-    """
-    if not causes:
-        return False
-    before, after = proved.before, proved.after
-    asked = doubtless or any(c.profiles for c in causes)
-    if asked and proves_nothing(proved.shrink.explained, before, after):
-        return True
-    steady = not any(c.over_time for c in causes)
-    return steady and worsens(before, after, noise_of(gaps))
-
-
-def opens_gaps(by_log: Sequence[LogEnergy]) -> bool:
-    """Tell whether causes open an energy gap in every log that they were fitted to.
-
-    One that varies may follow row by row what another does, and miss what all takes.
-    """
-    return all(one.disagrees for one in by_log)
-
-
-def levels_of(
-    causes: Sequence[Cause], fit: Fit, stated: Mapping[str, float]
-) -> dict[str, float]:
-    """Return the mean of what varies over time, as the mended file states it."""
-    return {
-        cause.keys[0]: next(iter(estimates(fit, cause, stated).values())).value
-        for cause in causes
-        if cause.over_time
-    }

@@ -10,8 +10,9 @@ from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.judge.verdict import status_of
 from rcc_sim.diagnose.proof.by_log import LogEnergy
 from rcc_sim.diagnose.proof.hold_out import energy_by_log
+from rcc_sim.diagnose.proof.proven import opens_gaps
 from rcc_sim.diagnose.residuals.posed import by_motion, problem_of
-from rcc_sim.diagnose.run import diagnose, opens_gaps
+from rcc_sim.diagnose.run import diagnose
 from rcc_sim.report.screen import screen
 from rcc_sim.report.verdict import verdict_of
 from rcc_sim.simulate.run import simulate

@@ -37,7 +37,7 @@ from rcc_sim.diagnose.profiles.remainder import (
     Remainder,
 )
 from rcc_sim.diagnose.proof.hold_out import Proof, Shrink
-from rcc_sim.diagnose.run import is_refuted
+from rcc_sim.diagnose.proof.proven import is_refuted
 from rcc_sim.diagnose.search.compete import outweighed
 from rcc_sim.diagnose.search.screen import Screen
 from rcc_sim.physics.effects import EFFECTS
