@@ -31,7 +31,6 @@ from rcc_sim.analyse.gap_regimes import (
     Scale,
     labels,
     regime_gaps,
-    rows_in,
     stands,
 )
 from rcc_sim.analyse.gap_replays import Progress, Tolerances, predicted, tolerances
@@ -41,6 +40,7 @@ from rcc_sim.analyse.heading import measured_turn, seen_heading, turn_at
 from rcc_sim.analyse.logcheck.finding import COMMANDS, Finding
 from rcc_sim.analyse.logged import COMPARED, Logged
 from rcc_sim.analyse.sampled import drive_as_sampled
+from rcc_sim.channel import rows_in
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
 from rcc_sim.simulate.drive import Drive, has, has_commands, is_imposed

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.analyse.iso18571 import rating
+from rcc_sim.channel import sensor_noise
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
-from rcc_sim.roughness import sensor_noise
 from rcc_sim.trace import Trace
 
 Array = NDArray[np.float64]

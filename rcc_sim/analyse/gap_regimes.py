@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rcc_sim.channel import moving_mean, rows_in
 from rcc_sim.definitions.kernel import answering_time
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.physics.step import SLIP_BLEND
@@ -80,24 +81,6 @@ class RegimeGap:
     gap_wh: float | None
     share: float | None
     u_val_wh: float | None = None
-
-
-def rows_in(time: Array, seconds: float) -> int:
-    """Return how many rows a time lasts, an odd number. [s]"""
-    return 2 * round(seconds / float(np.median(np.diff(time))) / 2) + 1
-
-
-def moving_mean(x: Array, rows: int) -> Array:
-    """Return the mean of a channel over some rows about each, gaps bridged."""
-    known = np.isfinite(x)
-    if not known.any():
-        return np.zeros(len(x))
-    places = np.arange(len(x))
-    whole = x if known.all() else np.interp(places, places[known], x[known])
-    half = (min(rows, len(x)) - 1) // 2
-    first, last = np.full(half + 1, whole[0]), np.full(half, whole[-1])
-    total = np.cumsum(np.concatenate([first, whole, last]))
-    return np.asarray((total[2 * half + 1 :] - total[: len(x)]) / (2 * half + 1))
 
 
 def stands(speed: Array, scale: Scale) -> NDArray[np.bool_]:

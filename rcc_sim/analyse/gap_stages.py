@@ -15,8 +15,9 @@ from rcc_sim.analyse.gap_energy import (
     energy_tolerance,
     shaft_torque,
 )
-from rcc_sim.analyse.gap_regimes import Scale, moving_mean, rows_in
+from rcc_sim.analyse.gap_regimes import Scale
 from rcc_sim.analyse.gap_replays import Tolerances
+from rcc_sim.channel import moving_mean, rows_in
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.simulate.drive import Drive, drive_of, has
 from rcc_sim.trace import Trace

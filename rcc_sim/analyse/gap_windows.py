@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.analyse.gap_regimes import moving_mean
 from rcc_sim.analyse.logcheck.finding import runs
+from rcc_sim.channel import moving_mean
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.roughness import sensor_noise
+from rcc_sim.channel import sensor_noise
 from rcc_sim.trace import Trace, integral_of
 
 Array = NDArray[np.float64]

@@ -23,11 +23,11 @@ from rcc_sim.analyse.logcheck.finding import (
 )
 from rcc_sim.analyse.logcheck.one_clock import one_clock
 from rcc_sim.analyse.stale import between_updates, refreshed
+from rcc_sim.channel import sensor_noise
 from rcc_sim.definitions.sensors import INERTIAL
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
 from rcc_sim.readers import Log, read_log, with_vehicle
-from rcc_sim.roughness import sensor_noise
 from rcc_sim.simulate.drive import is_on_stand
 from rcc_sim.trace import Trace
 

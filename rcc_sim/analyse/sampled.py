@@ -9,11 +9,11 @@ import numpy as np
 
 from rcc_sim.analyse.gap_energy import logged_power
 from rcc_sim.analyse.gap_stages import untorqued
+from rcc_sim.channel import interval_of, noise_of
 from rcc_sim.definitions.vehicle import Vehicle
-from rcc_sim.roughness import noise_of
 from rcc_sim.simulate.drive import ROUNDING, Drive, drive_of, has, is_imposed
 from rcc_sim.simulate.replay import replay
-from rcc_sim.simulate.smooth import interval_of, without_noise
+from rcc_sim.simulate.smooth import without_noise
 from rcc_sim.simulate.spans import (
     CLOSE,
     ENOUGH,

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from rcc_sim.channel import sensor_noise
 from rcc_sim.errors import InputError
 from rcc_sim.identify.series import GAP, Array, stretches, usual_step
-from rcc_sim.roughness import sensor_noise
 
 ROWS_MIN = 6
 """Fewest rows of a coast. [1]"""

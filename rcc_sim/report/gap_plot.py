@@ -9,9 +9,10 @@ import numpy as np
 from rcc_sim.analyse.gap import Gap
 from rcc_sim.analyse.gap_regimes import REGIMES
 from rcc_sim.analyse.logcheck.finding import runs
+from rcc_sim.channel import interval_of
 from rcc_sim.report.lines import shown
 from rcc_sim.report.plots import COLOURS, POINTS, _sheet
-from rcc_sim.simulate.smooth import HOLE, interval_of
+from rcc_sim.simulate.smooth import HOLE
 from rcc_sim.units import unit_of
 
 if TYPE_CHECKING:

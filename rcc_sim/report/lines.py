@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.simulate.smooth import HOLE, interval_of
+from rcc_sim.channel import interval_of
+from rcc_sim.simulate.smooth import HOLE
 
 Array = NDArray[np.float64]
 

@@ -9,8 +9,8 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from rcc_sim.analyse.gap_energy import COVERAGE, EnergyGap, logged_power
-from rcc_sim.analyse.gap_regimes import moving_mean
 from rcc_sim.analyse.logcheck.finding import counted
+from rcc_sim.channel import moving_mean
 from rcc_sim.diagnose.diagnosis import Diagnosis
 from rcc_sim.diagnose.judge.energies import grew
 from rcc_sim.diagnose.judge.verdict import (

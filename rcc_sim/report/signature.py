@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from rcc_sim.analyse.gap_regimes import moving_mean, rows_in
+from rcc_sim.channel import moving_mean, rows_in
 from rcc_sim.report.channels import title_of
 from rcc_sim.report.findings import Report
 from rcc_sim.report.html_parts import Column, effect_name, section, table

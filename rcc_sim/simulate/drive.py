@@ -9,12 +9,13 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
+from rcc_sim.channel import interval_of
 from rcc_sim.definitions.kernel import answering_time, road_of
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
 from rcc_sim.physics.rows import Commands, Measured
 from rcc_sim.simulate.road import surveyed_slope
-from rcc_sim.simulate.smooth import HOLE, interval_of, smoothed
+from rcc_sim.simulate.smooth import HOLE, smoothed
 from rcc_sim.trace import Trace, integral_of
 from rcc_sim.units import G
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.roughness import resolution, spells
+from rcc_sim.channel import resolution, spells
 from rcc_sim.simulate.smooth import pieces
 
 if TYPE_CHECKING:

@@ -7,8 +7,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.roughness import (
+from rcc_sim.channel import (
+    interval_of,
     is_coarse,
+    is_nil,
     is_rough,
     noise_of,
     rounded_to,
@@ -115,7 +117,7 @@ def smoothed(
     if accel is not None:
         felt = felt_as(time, told, accel, noise=noise, means=means)
     calm = without_noise(time, told, noise, felt=felt)
-    moves = ~stands(speed)
+    moves = ~(stands(speed) | is_nil(time, speed, noise))
     return Smoothed(moves * calm.speed, moves * calm.accel, calm.smear)
 
 
@@ -157,11 +159,6 @@ def felt_as(
     over_sample, over_late = nats_for_means(accel, mean, mean + bend, smear / row)
     needed = -ENOUGH if means else ENOUGH
     return Felt(accel, over_sample > needed and over_late > -ENOUGH)
-
-
-def interval_of(time: Array) -> float:
-    """Return the usual time [s] between two rows; 0 where there is one alone."""
-    return float(np.median(np.diff(time))) if len(time) > 1 else 0.0
 
 
 def smear_of(noise: float, row: float, jerk: float) -> float:
@@ -211,11 +208,13 @@ def chosen_jerk(
     """Return the jerk [m/s³ √s] that foresees rows of the speed as well as any does.
 
     Every fifth row is held out; what is then missed by is pooled by a robust sum, so
-    that a corner of the drive does not decide. The grid is scaled by the drive's own
-    acceleration over one second, or by ten times the noise where that is more: such a
-    speed tells little of its acceleration beside an accelerometer, and what is too
-    rough of that lightens a car by a fifth. The least jerk counts then that is behind
-    the best by no more than a standard error. [1]_
+    that a corner of the drive does not decide. Beside an accelerometer and without it:
+    where that has errors of its own, as a mean that is taken for a sample, the roughest
+    may suit it best. The grid is scaled by the drive's own acceleration over one
+    second, or by ten times the noise where that is more: such a speed tells little of
+    its acceleration beside an accelerometer, and what is too rough of that lightens a
+    car by a fifth. The least jerk counts then that is behind the best by no more than a
+    standard error. [1]_
 
     References
     ----------
@@ -240,10 +239,14 @@ def chosen_jerk(
     )
     drive = float(np.std(change))
     scale = max(drive, 10 * noise)
-    missed = np.empty((len(GRID), int(held.sum())))
+    alone = beside is not None and scale == drive
+    witnesses = (None, beside) if alone else (beside,)
+    missed = np.zeros((len(GRID), int(held.sum())))
     for row, share in zip(missed, GRID, strict=True):
-        x, _ = smooth_speed(t, given, noise=noise, jerk=share * scale, felt=beside)
-        row[:] = np.log1p(((x - v)[held] / noise) ** 2 / 4)
+        jerk = share * scale
+        for witness in witnesses:
+            x, _ = smooth_speed(t, given, noise=noise, jerk=jerk, felt=witness)
+            row += np.log1p(((x - v)[held] / noise) ** 2 / 4)
     behind = missed - missed[np.argmin(missed.sum(axis=1))]
     error = np.sqrt(held.sum()) * behind.std(axis=1) * (scale > drive)
     return float(scale * GRID[int(np.argmax(behind.sum(axis=1) <= error))])

@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from rcc_sim.analyse.gap_regimes import moving_mean
 from rcc_sim.analyse.logged import Logged
+from rcc_sim.channel import moving_mean
 from rcc_sim.definitions.cycle import Cycle, parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.causes.candidates import candidates_for

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from rcc_sim.analyse.logged import Logged
+from rcc_sim.channel import sensor_noise
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.residuals.dense import rows_to_one, thinned, with_fewer_rows
 from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.run import diagnose
-from rcc_sim.roughness import sensor_noise
 from rcc_sim.similitude.cycles import scale_cycle
 from rcc_sim.simulate.run import LaneChanges, simulate
 from rcc_sim.trace import Trace

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from rcc_sim.channel import is_rough
 from rcc_sim.definitions.cycle import parse_cycle
-from rcc_sim.roughness import is_rough
 from rcc_sim.simulate.smooth import smoothed
 
 RAMPS = 20 * np.abs(np.arange(0, 200, 0.1) / 25 % 2 - 1)

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from rcc_sim.channel import sensor_noise
 from rcc_sim.definitions.cycle import Cycle
 from rcc_sim.errors import InputError
-from rcc_sim.roughness import sensor_noise
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import replay
 from rcc_sim.simulate.road import surveyed_slope

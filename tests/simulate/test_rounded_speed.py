@@ -5,9 +5,9 @@ import pytest
 
 from rcc_sim.analyse.gap import gap
 from rcc_sim.analyse.logged import open_log
+from rcc_sim.channel import is_coarse, resolution, rounded_to
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.roughness import is_coarse, resolution, rounded_to
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import replay
 from rcc_sim.simulate.smooth import smoothed

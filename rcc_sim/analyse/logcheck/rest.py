@@ -17,6 +17,7 @@ from rcc_sim.analyse.logcheck.finding import (
     when,
 )
 from rcc_sim.analyse.logcheck.glitches import median_of_five
+from rcc_sim.channel import is_nil, is_rough, sensor_noise
 from rcc_sim.units import G
 
 FLOORS = {
@@ -26,6 +27,9 @@ FLOORS = {
     "motor_current_a": 0.1,
 }
 """Bias below which nobody cares. [the channel's unit]"""
+
+STILL, CRAWLS = 0.005, 0.003
+"""Speed below which a car stands: share of the drive's largest, and at least. [m/s]"""
 
 REST = 0.4
 """Standstill that is cut off at either end, while the car still settles. [s]"""
@@ -43,7 +47,9 @@ def standing(time: Array, columns: Columns) -> Mask:
     if speed is None:
         return np.zeros(len(time), dtype=bool)
     top = float(np.nanmax(np.abs(sampled(speed)), initial=0.0))
-    still = np.abs(speed) <= max(0.005 * top, 0.003)
+    still = np.abs(speed) <= max(STILL * top, CRAWLS)
+    if is_rough(speed):
+        still |= is_nil(time, speed, sensor_noise(speed))
     for name in ("speed_ref_mps", "throttle"):
         if name in columns:
             still &= columns[name] == 0

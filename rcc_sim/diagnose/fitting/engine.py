@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from rcc_sim.analyse.heading import TURN_RATE
 from rcc_sim.analyse.offsets import OFFSETS, noise_at_rest
+from rcc_sim.channel import is_rough, resolution
 from rcc_sim.diagnose.fitting.fit import Fit, Tangent
 from rcc_sim.diagnose.fitting.knobs import BIAS, Knob, figures_of
 from rcc_sim.diagnose.noise.whitener import (
@@ -30,7 +31,6 @@ from rcc_sim.diagnose.residuals.problem import MIN_ROWS, Problem
 from rcc_sim.diagnose.residuals.shapes import added_by
 from rcc_sim.errors import InputError
 from rcc_sim.jit import threads
-from rcc_sim.roughness import is_rough, resolution
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rcc_sim.analyse.gap_regimes import moving_mean, rows_in
+from rcc_sim.channel import moving_mean, rows_in
 from rcc_sim.diagnose.residuals.problem import Problem
 from rcc_sim.diagnose.residuals.shapes import LATERAL
 from rcc_sim.simulate.drive import COMMANDS

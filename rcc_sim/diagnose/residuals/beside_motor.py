@@ -17,11 +17,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.analyse.gap_regimes import moving_mean, rows_in
+from rcc_sim.channel import moving_mean, rows_in, sensor_noise
 from rcc_sim.definitions.kernel import motor_torque_constant
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.residuals.terminals import CURRENT, POWER, VOLTAGE
-from rcc_sim.roughness import sensor_noise
 from rcc_sim.trace import Trace
 
 Array = NDArray[np.float64]

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from rcc_sim.analyse.logcheck.finding import COMMANDS, Finding
 from rcc_sim.analyse.logcheck.relation import mean_of_known
 from rcc_sim.analyse.logged import COMPARED, Logged
+from rcc_sim.channel import interval_of
 from rcc_sim.simulate.drive import has, holds, whole
-from rcc_sim.simulate.smooth import interval_of
 from rcc_sim.trace import Trace
 
 Array = NDArray[np.float64]

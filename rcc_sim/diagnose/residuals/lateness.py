@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rcc_sim.analyse.gap_regimes import moving_mean, rows_in
+from rcc_sim.channel import moving_mean, rows_in
 from rcc_sim.diagnose.residuals.shapes import BEYOND_SHAFT
 from rcc_sim.physics.effects.sensor_delay import late
 

@@ -11,17 +11,16 @@ from numpy.typing import NDArray
 
 from rcc_sim.analyse.charge import charge_of
 from rcc_sim.analyse.gap_energy import logged_power
-from rcc_sim.analyse.gap_regimes import moving_mean, rows_in
 from rcc_sim.analyse.gap_stages import untorqued
 from rcc_sim.analyse.heading import TURN_RATE, measured_turn
 from rcc_sim.analyse.sampled import drive_as_sampled
+from rcc_sim.channel import is_nil, is_rough, sensor_noise
 from rcc_sim.definitions.kernel import motor_torque_constant
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.residuals.beside_motor import MOTOR, drawn_by_motor
 from rcc_sim.diagnose.residuals.problem import RECALLS, Problem
 from rcc_sim.diagnose.residuals.terminals import CURRENT, POWER
 from rcc_sim.physics.replay import stiffness
-from rcc_sim.roughness import is_rough, sensor_noise
 from rcc_sim.simulate.drive import Drive
 from rcc_sim.simulate.replay import replay
 from rcc_sim.simulate.smooth import jerk_of, smooth_speed
@@ -40,11 +39,6 @@ whose speed has 0.03 m/s of noise, where nothing was hidden.
 SMOOTHED_OVER, NO_MORE = (32, 16, 8, 4, 2), 1.1
 """Rows over which a measured torque is smoothed, and times its noise that this may take
 from it: more is the drive's own."""
-
-
-STILL, RESTS = 4.0, 0.5
-"""Times the noise of its mean that a speed may be off nil where the vehicle stands; and
-time over which that is a mean. [s]"""
 
 
 def problem_of(log: Trace, vehicle: Vehicle) -> Problem:
@@ -74,10 +68,8 @@ def kept_still(drive: Drive) -> Drive:
     speed, commands = drive.measured.speed, drive.commands
     if drive.imposed or not np.isfinite(speed).any():
         return drive
-    rows = rows_in(drive.time, RESTS)
-    least = STILL * sensor_noise(speed) / rows**0.5
     rests = (commands.ref == 0) & (commands.throttle == 0)
-    rests &= np.abs(moving_mean(speed, rows)) <= least
+    rests &= is_nil(drive.time, speed, sensor_noise(speed))
     return drive.known_as(speed=np.where(rests, 0.0, speed))
 
 

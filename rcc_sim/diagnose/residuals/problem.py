@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.analyse.charge import Charge
-from rcc_sim.analyse.gap_regimes import HELD, Scale, moving_mean, rows_in, stands
+from rcc_sim.analyse.gap_regimes import HELD, Scale, stands
 from rcc_sim.analyse.heading import TURN_RATE, turn_rate
 from rcc_sim.analyse.logcheck.rest import standing as surely_standing
+from rcc_sim.channel import interval_of, moving_mean, rows_in
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.residuals.beside_motor import BesideMotor, beside_motor
 from rcc_sim.diagnose.residuals.lateness import lateness, likeliest_delay
@@ -31,7 +32,6 @@ from rcc_sim.diagnose.residuals.terminals import (
 from rcc_sim.physics.effects import neutral_of
 from rcc_sim.simulate.drive import Drive, is_surveyed
 from rcc_sim.simulate.replay import FREE, Recalls, replay
-from rcc_sim.simulate.smooth import interval_of
 from rcc_sim.trace import Trace, integral_of
 
 Array = NDArray[np.float64]

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.analyse.gap_regimes import moving_mean
 from rcc_sim.analyse.heading import TURN_RATE
 from rcc_sim.analyse.offsets import scale_sd
+from rcc_sim.channel import moving_mean
 from rcc_sim.definitions.sensors import INERTIAL
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.residuals.beside_motor import MOTOR

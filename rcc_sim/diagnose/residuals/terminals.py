@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.analyse.gap_regimes import moving_mean, rows_in
 from rcc_sim.analyse.offsets import noise_at_rest
+from rcc_sim.channel import moving_mean, rounded_to, rows_in, sensor_noise, spells
 from rcc_sim.definitions.vehicle import Vehicle
-from rcc_sim.roughness import rounded_to, sensor_noise, spells
 from rcc_sim.trace import Trace
 
 Array = NDArray[np.float64]

@@ -1,4 +1,4 @@
-"""How noisy, or how coarsely rounded, a channel is, by its own rows."""
+"""What a channel's own rows tell: its noise, its rounding, where it stands still."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 ROWS = 200_000
 """Rows that are looked at."""
@@ -46,6 +47,12 @@ LEAST, STEPS_WIDE, STEPPED = 0.02, 6.0, 0.9
 """Share of a channel's changes below which the least is sought of which the others are
 multiples; multiples that are looked at; and the share of them that must be whole within
 ``WHOLE``: of changes of any size it would be a fifth."""
+
+STILL, SIZE, RESTS, GENTLE = 4.0, 1.25, 0.5, 0.5
+"""Times the noise of its mean that a speed may be off nil where the vehicle stands, and
+times that of a row: the size of a noise is 0.8 of it on average; time over which that
+is a mean [s]; and acceleration with which one pulls away at least.
+[m/s²]"""
 
 BLURS = 0.07
 """Size of what a resolution makes of a change from row to row, in times that change,
@@ -139,3 +146,51 @@ def spells(x: NDArray[Any]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Return the first row, and one past the last, of each run of equal values."""
     at = np.flatnonzero(np.diff(x) != 0) + 1
     return np.append(0, at), np.append(at, len(x))
+
+
+def interval_of(time: Array) -> float:
+    """Return the usual time [s] between two rows; 0 where there is one alone."""
+    return float(np.median(np.diff(time))) if len(time) > 1 else 0.0
+
+
+def rows_in(time: Array, seconds: float) -> int:
+    """Return how many rows a time lasts, an odd number. [s]"""
+    return 2 * round(seconds / interval_of(time) / 2) + 1
+
+
+def moving_mean(x: Array, rows: int) -> Array:
+    """Return the mean of a channel over some rows about each, gaps bridged."""
+    known = np.isfinite(x)
+    if not known.any():
+        return np.zeros(len(x))
+    places = np.arange(len(x))
+    whole = x if known.all() else np.interp(places, places[known], x[known])
+    half = (min(rows, len(x)) - 1) // 2
+    first, last = np.full(half + 1, whole[0]), np.full(half, whole[-1])
+    total = np.cumsum(np.concatenate([first, whole, last]))
+    return np.asarray((total[2 * half + 1 :] - total[: len(x)]) / (2 * half + 1))
+
+
+def is_nil(time: Array, speed: Array, noise: float) -> Mask:
+    """Return the rows at which a speed [m/s] is nil but for its noise.
+
+    Its mean over a while T is, or is no more than that of the size of its noise, as an
+    encoder reads that knows no way back. That of a vehicle that pulls away at a is v at
+    √(2 T v / a) - T/2 after it did: so near, none may be more.
+    """
+    known = np.isfinite(speed)
+    whole = np.interp(time, time[known], speed[known]) if known.any() else 0 * time
+    half = rows_in(time, RESTS) // 2
+    total, count = (within(x, half) for x in (whole, np.ones(len(time))))
+    least = noise * np.maximum(STILL / np.sqrt(count), SIZE)
+    moves = np.abs(total) > least * count
+    near = np.sqrt(2 * RESTS * float(np.median(least)) / GENTLE) - RESTS / 2
+    return np.asarray(within(moves, max(rows_in(time, 2 * near) // 2, 0)) < 0.5)
+
+
+def within(x: NDArray[Any], rows: int) -> Array:
+    """Return the sum of a channel over some rows before and after each, and its own."""
+    total = np.concatenate([[0.0], np.cumsum(x)])
+    places = np.arange(len(x))
+    last = np.minimum(places + rows + 1, len(x))
+    return np.asarray(total[last] - total[np.maximum(places - rows, 0)])
