@@ -10,7 +10,7 @@ import numpy as np
 
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.residuals.problem import Problem
-from rcc_sim.diagnose.residuals.shapes import BEYOND_SHAFT
+from rcc_sim.diagnose.residuals.shapes import BEYOND_SHAFT, is_shaped
 from rcc_sim.diagnose.residuals.sizes import (
     size_of,
     small_changes,
@@ -293,6 +293,10 @@ def is_fitted(problem: Problem, effect: Effect, param: Param) -> bool:
         return param.name in given
     if not sought.fitted or not shows_in(problem, sought.shows_in):
         return False
+    if param.acts == "rows" and of_battery(param) and is_shaped(problem):
+        # a delay beside what may shift by rows would smooth what noise foresees: it is
+        # one where the course shows it
+        return problem.late > 0
     if param.acts == "slip" and param.name in given:
         stated = problem.stated(f"effects.{effect.id}.{param.name}")
         if not tells_slip(problem, stated):

@@ -189,7 +189,7 @@ def late_of(problem: Problem) -> dict[str, list[Array]]:
     """
     if problem.row < CLOSE or problem.charge is not None:
         return {}
-    if problem.torqued:
+    if is_shaped(problem):
         read = problem.nominal
         if problem.late:
             when = problem.log["time_s"], problem.late
@@ -214,6 +214,11 @@ def late_of(problem: Problem) -> dict[str, list[Array]]:
         for kind, those in kinds.items()
         if set(those) & set(problem.channels)
     }
+
+
+def is_shaped(problem: Problem) -> bool:
+    """Tell whether the battery's readings may be of the rows beside their own."""
+    return problem.torqued and problem.row >= CLOSE and problem.charge is None
 
 
 def shifted(x: Array, rows: int) -> Array:
