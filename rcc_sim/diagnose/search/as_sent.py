@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
+from math import inf
 
 import numpy as np
 
@@ -13,8 +14,10 @@ from rcc_sim.diagnose.causes.cause import ENOUGH
 from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
+from rcc_sim.diagnose.residuals.problem import Problem
 from rcc_sim.diagnose.search.compete import Explanation
-from rcc_sim.simulate.drive import Drive
+from rcc_sim.simulate.drive import ROUNDING, Drive
+from rcc_sim.simulate.spans import LONG
 
 Way = Callable[[Engine, Fit | None, Callable[[Engine], Engine] | None], Explanation]
 """How logs are explained: from a null, where known, and with the other way to drive."""
@@ -35,6 +38,7 @@ def as_sent(
 
     ``null`` is what tolerances alone leave as the logs are, where that is known.
     """
+    engine, null = averaged(engine, null)
     ways = list(zip(*(held(p.drive) for p in engine.problems), strict=False))
     others = engine.each(partial(with_drives, engine), ways)
     each = engine.each(likelihood, others)
@@ -54,6 +58,37 @@ def as_sent(
     if found.fit.score + ENOUGH * fewer <= again.fit.score:
         return other, again
     return begun, found
+
+
+def averaged(engine: Engine, null: Fit | None) -> tuple[Engine, Fit | None]:
+    """Return logs whose flows are samples, or means, as accelerometers say; their null.
+
+    A drive that its own noisy speed drives tells by its currents alone what they are
+    within half a row, and not always that. How a car answers its steering is no
+    smoother than the log: half a row that is amiss there moves its centre of gravity by
+    three standard deviations. It is asked by what tolerances leave.
+    """
+    asked = [is_asked(p) for p in engine.problems]
+    if not any(asked):
+        return engine, null
+    drives = [
+        replace(p.drive, window=inf if p.drive.window < inf else SAMPLE)
+        if ok
+        else p.drive
+        for p, ok in zip(engine.problems, asked, strict=True)
+    ]
+    other = with_drives(engine, drives)
+    mine, theirs = null or descent.of_tolerances(engine), descent.of_tolerances(other)
+    if theirs.score > mine.score + ENOUGH:
+        return other, theirs
+    return engine, mine
+
+
+def is_asked(problem: Problem) -> bool:
+    """Tell whether an accelerometer may tell if a log's flows are samples or means."""
+    turns = problem.drive.imposed and problem.drive.steered
+    long = problem.row > (1 - ROUNDING) * LONG and problem.charge is None
+    return turns and long and "accel_y_mps2" in problem.channels
 
 
 def driven_as(engine: Engine, like: Engine) -> Engine:

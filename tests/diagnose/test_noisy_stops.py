@@ -1,0 +1,86 @@
+"""Sound drives that a noisy speed drives, at rest too, beside a torque of their own."""
+
+import numpy as np
+import pytest
+
+from rcc_sim.channel import is_nil
+from rcc_sim.definitions.cycle import Cycle
+from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose.fitting.engine import Engine
+from rcc_sim.diagnose.residuals.posed import problem_of
+from rcc_sim.diagnose.run import diagnose
+from rcc_sim.diagnose.search.as_sent import averaged
+from rcc_sim.simulate.run import simulate
+from tests.scaled_drive import written
+
+CAR = load_vehicle("tesla_model_3")
+NOISE = {
+    "steer_cmd_rad": 0.0, "speed_mps": 0.02, "yaw_rate_radps": 0.003,
+    "accel_x_mps2": 0.06, "accel_y_mps2": 0.06, "motor_torque_nm": 0.8,
+    "battery_voltage_v": 0.3, "battery_current_a": 0.4,
+}  # fmt: skip
+
+
+def driven(rate, seconds=200.0):
+    """Return the trace of a drive with two stops, and bends of 2 m/s² between."""
+    time = np.array([0, 10, 26, 40, 46, 62, 72, 80, 98, 116, 122, 132, 138, 150, 200.0])
+    speed = np.array([0, 0, 13.4, 13.4, 8.7, 8.7, 14, 20, 20, 0, 0, 12.6, 12.6, 5, 5.0])
+    fine = np.arange(0.0, seconds, 0.02)
+    v = np.interp(fine, time, speed)
+    bends = 2.0 * np.sin(2 * np.pi * fine / 23.0) * CAR.wheelbase
+    steer = np.where(v > 3, bends / np.maximum(v, 3.0) ** 2, 0.0)
+    cycle = Cycle("stops", time[time <= seconds], speed[time <= seconds])
+    return simulate(CAR, cycle, steer=(fine, steer), output_rate=rate).trace
+
+
+def log_of(trace, folder, seed, noise=None):
+    rng = np.random.default_rng(seed)
+    columns = {"time_s": trace["time_s"]}
+    for name, sd in (NOISE | (noise or {})).items():
+        columns[name] = trace[name] + sd * rng.normal(size=len(trace))
+    return written(columns, CAR, folder)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2])
+def test_fifty_rows_a_second_with_noise_at_rest_are_no_gap(seed, tmp_path):
+    """A limit that cuts what noise foresees, or a power over time, was told."""
+    found = diagnose([log_of(driven(50.0), tmp_path, seed)], CAR)
+    assert (found.status, found.asserted) == ("no_gap", ())
+    stated = CAR.figures()["effects.regeneration_limit.max_torque_nm"]
+    moved = found.figures().get("effects.regeneration_limit.max_torque_nm", stated)
+    assert abs(moved.value - stated.value) < 2 * stated.sd
+
+
+def test_what_holds_still_is_nil_and_what_pulls_away_is_not():
+    time = np.arange(0.0, 30.0, 0.02)
+    speed = np.clip(time - 20.0, 0.0, None)  # 1 m/s² from 20 s on
+    for noise in (0.005, 0.02, 0.1):
+        read = speed + np.random.default_rng(1).normal(0, noise, len(time))
+        nil = is_nil(time, read, noise)
+        assert nil[time < 19.0].mean() > 0.99
+        assert not nil[speed > 0.1 + noise].any()
+        assert is_nil(time, np.abs(read), noise)[time < 19.0].mean() > 0.99
+        assert not is_nil(time, speed + 1.5 * noise, noise).any()
+
+
+@pytest.mark.slow
+def test_a_torque_whose_noise_is_foreseen_makes_no_delay(tmp_path):
+    """One of two rows beside what shifts by rows was a smoother of it, at 99 %."""
+    for seed in (3, 4):
+        log = log_of(driven(10.0), tmp_path, seed, {"motor_torque_nm": 2.0})
+        assert [a.cause.effect for a in diagnose([log], CAR).asserted] == []
+
+
+def test_how_a_car_answers_its_steering_tells_means_from_samples(tmp_path):
+    """Half a row that was amiss moved its centre of gravity by three sds."""
+    trace = driven(10.0)
+    problem = problem_of(log_of(trace, tmp_path, 5).log, CAR)
+    for window in (0.01, np.inf):
+        drive = problem.drive.__class__(**{**vars(problem.drive), "window": window})
+        engine = Engine([problem.__class__(CAR, problem.log, drive)])
+        told, null = averaged(engine, None)
+        assert told.problems[0].drive.window == np.inf
+        off = [abs(null.values[k.key] - k.value) / k.sd for k in null.knobs
+               if k.key.startswith("body.cg_to")]  # fmt: skip
+        assert max(off) < 2.0
