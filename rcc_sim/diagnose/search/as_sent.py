@@ -14,7 +14,9 @@ from rcc_sim.diagnose.causes.cause import ENOUGH
 from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
+from rcc_sim.diagnose.noise.whitener import log_likelihood
 from rcc_sim.diagnose.residuals.problem import Problem
+from rcc_sim.diagnose.residuals.shapes import LATERAL
 from rcc_sim.diagnose.search.compete import Explanation
 from rcc_sim.simulate.drive import ROUNDING, Drive
 from rcc_sim.simulate.spans import LONG
@@ -63,10 +65,10 @@ def as_sent(
 def averaged(engine: Engine, null: Fit | None) -> tuple[Engine, Fit | None]:
     """Return logs whose flows are samples, or means, as accelerometers say; their null.
 
-    A drive that its own noisy speed drives tells by its currents alone what they are
-    within half a row, and not always that. How a car answers its steering is no
-    smoother than the log: half a row that is amiss there moves its centre of gravity by
-    three standard deviations. It is asked by what tolerances leave.
+    The flows of a drive that its own noisy speed drives do not always tell within half
+    a row. How a car answers its steering does, by what tolerances leave of it and how
+    far they had to move: half a row amiss moves its centre of gravity by three standard
+    deviations.
     """
     asked = [is_asked(p) for p in engine.problems]
     if not any(asked):
@@ -79,9 +81,22 @@ def averaged(engine: Engine, null: Fit | None) -> tuple[Engine, Fit | None]:
     ]
     other = with_drives(engine, drives)
     mine, theirs = null or descent.of_tolerances(engine), descent.of_tolerances(other)
-    if theirs.score > mine.score + ENOUGH:
+    if answered(other, theirs) > answered(engine, mine) + ENOUGH:
         return other, theirs
     return engine, mine
+
+
+def answered(engine: Engine, fit: Fit) -> float:
+    """Log-likelihood of how a car answers its steering, and prior of all figures.
+
+    What the noisy speed makes of the other channels is less of it in a mean.
+    """
+    each = zip(engine.tracks, fit.residuals, fit.noise, strict=True)
+    return fit.prior + sum(
+        log_likelihood(noise, left)
+        for (_, channel), left, noise in each
+        if channel in LATERAL
+    )
 
 
 def is_asked(problem: Problem) -> bool:
