@@ -23,19 +23,20 @@ def not_shared(problem: Problem, repeats: Sequence[Problem]) -> dict[str, Array]
     of them alike cancels, and independent noise keeps its size. About a mean of nil,
     for an offset is none; NaN where no repeat has the row.
     """
-    mine = left_of(problem)
     time = problem.log["time_s"] - problem.log["time_s"][0]
-    found = {}
     theirs = [(left_of(one), rows_at(time, one)) for one in repeats]
-    for channel, e in mine.items():
-        others = np.array([x[channel][at] for x, at in theirs if channel in x])
-        if not len(others):
+    found = {}
+    for channel, e in left_of(problem).items():
+        others = [
+            np.where(at >= 0, left[channel][at], np.nan)
+            for left, at in theirs
+            if channel in left
+        ]
+        if not others:
             continue
-        others[:, ~np.isfinite(e)] = np.nan
-        others = np.where([at >= 0 for x, at in theirs if channel in x], others, np.nan)
-        n = np.isfinite(others).sum(axis=0)
-        mean = np.nansum(others, axis=0) / np.maximum(n, 1)
-        apart = np.where(n > 0, (e - mean) / np.sqrt(1 + 1 / np.maximum(n, 1)), np.nan)
+        n = np.maximum(np.isfinite(others).sum(axis=0), 1)
+        apart = (e - np.nansum(others, axis=0) / n) / np.sqrt(1 + 1 / n)
+        apart[~np.isfinite(others).any(axis=0)] = np.nan
         if np.isfinite(apart).any():
             found[channel] = apart - np.nanmean(apart)
     return found
