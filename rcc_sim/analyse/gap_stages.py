@@ -27,6 +27,10 @@ Array = NDArray[np.float64]
 Power = Callable[[Drive], tuple[Array, Array]]
 
 DRIVEN = ("speed_ref_mps", "throttle")
+"""Columns without which a log is driven by its motion."""
+
+SLOW = 0.02
+"""Share of the top speed below which a gyro reads its own offset. [1]"""
 
 
 @dataclass(frozen=True)
@@ -133,7 +137,7 @@ def _yawed(drive: Drive, rows: int) -> Drive:
     """Return the drive with its measured yaw rate in place of its steering."""
     speed, yaw_rate = drive.measured.speed, drive.measured.yaw_rate
     calm = moving_mean(yaw_rate, rows)
-    still = speed < 0.02 * float(np.max(speed))
+    still = speed < SLOW * float(np.max(speed))
     if still.any():
         calm = calm - float(np.median(calm[still]))
     known = drive.known_as(yaw_rate=np.ascontiguousarray(calm))

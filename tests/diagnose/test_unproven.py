@@ -7,6 +7,7 @@ import pytest
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose import run
 from rcc_sim.diagnose.judge.verdict import EVEN
+from rcc_sim.diagnose.proof import proven
 from rcc_sim.diagnose.proof.hold_out import UNPROVEN
 from tests import scaled_drive
 
@@ -25,7 +26,7 @@ def log(tmp_path_factory):
     ("low", "sure"), [(None, True), (UNPROVEN.low, False), (0.0, False)]
 )
 def test_a_cause_is_as_sure_as_what_no_fit_saw_lets_it_be(monkeypatch, log, low, sure):
-    true_proof = run.proof
+    true_proof = proven.proof
 
     def proof(*of, **how):
         found = true_proof(*of, **how)
@@ -33,7 +34,7 @@ def test_a_cause_is_as_sure_as_what_no_fit_saw_lets_it_be(monkeypatch, log, low,
         least = found.shrink.low if low is None else low
         return replace(found, shrink=replace(found.shrink, low=least))
 
-    monkeypatch.setattr(run, "proof", proof)
+    monkeypatch.setattr(proven, "proof", proof)
     found = run.diagnose([log], CAR, candidates=("auxiliary_load", "copper_loss"))
     (cause,) = found.asserted
     assert cause.cause.effect == "auxiliary_load"

@@ -40,12 +40,11 @@ def as_sent(
 
     ``null`` is what tolerances alone leave as the logs are, where that is known.
     """
-    engine, null = averaged(engine, null)
     ways = list(zip(*(held(p.drive) for p in engine.problems), strict=False))
     others = engine.each(partial(with_drives, engine), ways)
     each = engine.each(likelihood, others)
     if not others or max(each) < likelihood(engine) + ENOUGH:
-        return engine, explained(engine, null, None)
+        return averaged(engine, null, explained)
     begun, other = engine, others[int(np.argmax(each))]
     found = explained(engine, null, partial(driven_as, like=other))
     if are_driven_as(found.engine, other):
@@ -62,28 +61,40 @@ def as_sent(
     return begun, found
 
 
-def averaged(engine: Engine, null: Fit | None) -> tuple[Engine, Fit | None]:
-    """Return logs whose flows are samples, or means, as accelerometers say; their null.
+def averaged(
+    engine: Engine, null: Fit | None, explained: Way
+) -> tuple[Engine, Explanation]:
+    """Return logs and explanation, flows being samples or means as the steering says.
 
     The flows of a drive that its own noisy speed drives do not always tell within half
-    a row. How a car answers its steering does, by what tolerances leave of it and how
-    far they had to move: half a row amiss moves its centre of gravity by three standard
-    deviations.
+    a row. How the car answers its steering does, once what else is late or slow there
+    is found: half a row amiss moves its centre of gravity by three standard deviations,
+    or makes a cause of where the load lies. Where what was found does better the other
+    way, all is explained so, too, a cause being worth what one must gain.
     """
     asked = [is_asked(p) for p in engine.problems]
+    found = explained(engine, null, None)
     if not any(asked):
-        return engine, null
+        return engine, found
+    as_found, other = (other_way(of, asked) for of in (found.engine, engine))
+    now = descent.fit(as_found, found.fit.values, found.fit.knobs)
+    if answered(as_found, now) <= answered(found.engine, found.fit) + ENOUGH:
+        return engine, found
+    again = explained(other, None, None)
+    more = len(again.causes) - len(found.causes)
+    better = answered(again.engine, again.fit) - answered(found.engine, found.fit)
+    return (other, again) if better > ENOUGH * (1 + more) else (engine, found)
+
+
+def other_way(engine: Engine, asked: Sequence[bool]) -> Engine:
+    """Return logs whose flows are means where they were samples, or the reverse."""
+    pairs = zip(engine.problems, asked, strict=True)
+    windows = [inf if p.drive.window < inf else SAMPLE for p in engine.problems]
     drives = [
-        replace(p.drive, window=inf if p.drive.window < inf else SAMPLE)
-        if ok
-        else p.drive
-        for p, ok in zip(engine.problems, asked, strict=True)
+        replace(p.drive, window=window) if ok else p.drive
+        for (p, ok), window in zip(pairs, windows, strict=True)
     ]
-    other = with_drives(engine, drives)
-    mine, theirs = null or descent.of_tolerances(engine), descent.of_tolerances(other)
-    if answered(other, theirs) > answered(engine, mine) + ENOUGH:
-        return other, theirs
-    return engine, mine
+    return with_drives(engine, drives)
 
 
 def answered(engine: Engine, fit: Fit) -> float:
