@@ -183,6 +183,7 @@ def is_nil(time: Array, speed: Array, noise: float) -> Mask:
     half = rows_in(time, RESTS) // 2
     total, count = (within(x, half) for x in (whole, np.ones(len(time))))
     least = noise * np.maximum(STILL / np.sqrt(count), SIZE)
+    least = np.minimum(least, GENTLE * RESTS)  # of seldom rows much is no noise
     moves = np.abs(total) > least * count
     near = np.sqrt(2 * RESTS * float(np.median(least)) / GENTLE) - RESTS / 2
     return np.asarray(within(moves, max(rows_in(time, 2 * near) // 2, 0)) < 0.5)
