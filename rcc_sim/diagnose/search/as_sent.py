@@ -88,12 +88,11 @@ def averaged(
 
 def other_way(engine: Engine, asked: Sequence[bool]) -> Engine:
     """Return logs whose flows are means where they were samples, or the reverse."""
-    pairs = zip(engine.problems, asked, strict=True)
-    windows = [inf if p.drive.window < inf else SAMPLE for p in engine.problems]
-    drives = [
-        replace(p.drive, window=window) if ok else p.drive
-        for (p, ok), window in zip(pairs, windows, strict=True)
-    ]
+    drives = [p.drive for p in engine.problems]
+    for i, drive in enumerate(drives):
+        if asked[i]:
+            window = inf if drive.window < inf else SAMPLE
+            drives[i] = replace(drive, window=window)
     return with_drives(engine, drives)
 
 
