@@ -208,13 +208,15 @@ def chosen_jerk(
     """Return the jerk [m/s³ √s] that foresees rows of the speed as well as any does.
 
     Every fifth row is held out; what is then missed by is pooled by a robust sum, so
-    that a corner of the drive does not decide. Beside an accelerometer and without it:
-    where that has errors of its own, as a mean that is taken for a sample, the roughest
-    may suit it best. The grid is scaled by the drive's own acceleration over one
-    second, or by ten times the noise where that is more: such a speed tells little of
-    its acceleration beside an accelerometer, and what is too rough of that lightens a
-    car by a fifth. The least jerk counts then that is behind the best by no more than a
-    standard error. [1]_
+    that a corner of the drive does not decide. Beside an accelerometer several may do
+    about as well, the roughest best if that has errors of its own, as a mean that is
+    taken for a sample: of those that are behind the best by no more than a standard
+    error [1]_ it is the one that does best without it, or the least that does as well.
+
+    The grid is scaled by the drive's own acceleration over one second, or by ten times
+    the noise where that is more: such a speed tells little of its acceleration beside
+    an accelerometer, and what is too rough of that lightens a car by a fifth. The least
+    jerk counts then that is behind the best by no more than a standard error.
 
     References
     ----------
@@ -239,17 +241,30 @@ def chosen_jerk(
     )
     drive = float(np.std(change))
     scale = max(drive, 10 * noise)
-    alone = beside is not None and scale == drive
-    witnesses = (None, beside) if alone else (beside,)
-    missed = np.zeros((len(GRID), int(held.sum())))
-    for row, share in zip(missed, GRID, strict=True):
+
+    def missed(share: float, witness: Felt | None) -> Array:
         jerk = share * scale
-        for witness in witnesses:
-            x, _ = smooth_speed(t, given, noise=noise, jerk=jerk, felt=witness)
-            row += np.log1p(((x - v)[held] / noise) ** 2 / 4)
+        x, _ = smooth_speed(t, given, noise=noise, jerk=jerk, felt=witness)
+        return np.log1p(((x - v)[held] / noise) ** 2 / 4)
+
+    together = np.array([missed(share, beside) for share in GRID])
+    best = [int(np.argmin(together.sum(axis=1)))]
+    if beside is not None or scale > drive:
+        best = about_as_good(together)
+    if beside is not None and scale == drive and len(best) > 1:
+        alone = np.array([missed(GRID[k], None) for k in best])
+        best = [best[k] for k in about_as_good(alone)]
+    return float(scale * GRID[best[0]])
+
+
+def about_as_good(missed: Array) -> list[int]:
+    """Return which of some ways (k, n) miss by no more than a standard error more.
+
+    Than the best of them, all they missed added up.
+    """
     behind = missed - missed[np.argmin(missed.sum(axis=1))]
-    error = np.sqrt(held.sum()) * behind.std(axis=1) * (scale > drive)
-    return float(scale * GRID[int(np.argmax(behind.sum(axis=1) <= error))])
+    error = np.sqrt(missed.shape[1]) * behind.std(axis=1)
+    return np.flatnonzero(behind.sum(axis=1) <= error).tolist()
 
 
 def smooth_speed(
