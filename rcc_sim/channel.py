@@ -48,10 +48,9 @@ LEAST, STEPS_WIDE, STEPPED = 0.02, 6.0, 0.9
 multiples; multiples that are looked at; and the share of them that must be whole within
 ``WHOLE``: of changes of any size it would be a fifth."""
 
-STILL, SIZE, RESTS, GENTLE = 4.0, 1.25, 0.5, 0.5
-"""Times the noise of its mean that a speed may be off nil where the vehicle stands, and
-times that of a row: the size of a noise is 0.8 of it on average; time over which that
-is a mean [s]; and acceleration with which one pulls away at least.
+STILL, RESTS, GENTLE = 4.0, 0.5, 0.5
+"""Times the noise of its mean that a speed may be off nil where the vehicle stands;
+time over which that is a mean [s]; and acceleration with which one pulls away at least.
 [m/s²]"""
 
 BLURS = 0.07
@@ -174,16 +173,15 @@ def moving_mean(x: Array, rows: int) -> Array:
 def is_nil(time: Array, speed: Array, noise: float) -> Mask:
     """Return the rows at which a speed [m/s] is nil but for its noise.
 
-    Its mean over a while T is, or is no more than that of the size of its noise, as an
-    encoder reads that knows no way back. That of a vehicle that pulls away at a is v at
+    Its mean over a while T is. That of a vehicle that pulls away at a is v at
     √(2 T v / a) - T/2 after it did: so near, none may be more.
     """
     known = np.isfinite(speed)
     whole = np.interp(time, time[known], speed[known]) if known.any() else 0 * time
     half = rows_in(time, RESTS) // 2
     total, count = (within(x, half) for x in (whole, np.ones(len(time))))
-    least = noise * np.maximum(STILL / np.sqrt(count), SIZE)
-    least = np.minimum(least, GENTLE * RESTS)  # of seldom rows much is no noise
+    # of seldom rows much is no noise
+    least = np.minimum(STILL * noise / np.sqrt(count), GENTLE * RESTS)
     moves = np.abs(total) > least * count
     near = np.sqrt(2 * RESTS * float(np.median(least)) / GENTLE) - RESTS / 2
     return np.asarray(within(moves, max(rows_in(time, 2 * near) // 2, 0)) < 0.5)
