@@ -170,15 +170,21 @@ def moving_mean(x: Array, rows: int) -> Array:
     return np.asarray((total[2 * half + 1 :] - total[: len(x)]) / (2 * half + 1))
 
 
+def bridged(time: Array, x: Array) -> Array:
+    """Return a channel without gaps, straight over time across each; else nil."""
+    known = np.isfinite(x)
+    if known.all():
+        return x
+    return np.interp(time, time[known], x[known]) if known.any() else np.zeros(len(x))
+
+
 def is_nil(time: Array, speed: Array, noise: float) -> Mask:
     """Return the rows at which a speed [m/s] is nil but for its noise.
 
     Its mean over a while T is. That of a vehicle that pulls away at a is v at
     √(2 T v / a) - T/2 after it did: so near, none may be more.
     """
-    known = np.isfinite(speed)
-    whole = np.interp(time, time[known], speed[known]) if known.any() else 0 * time
-    half = rows_in(time, RESTS) // 2
+    half, whole = rows_in(time, RESTS) // 2, bridged(time, speed)
     total, count = (within(x, half) for x in (whole, np.ones(len(time))))
     # of seldom rows much is no noise
     least = np.minimum(STILL * noise / np.sqrt(count), GENTLE * RESTS)

@@ -147,11 +147,11 @@ def cumulative_distance(trace: Trace) -> Array:
         If the trace has neither, or what it has has gaps.
     """
     if "distance_m" in trace:
-        return _whole(trace, trace["distance_m"], "distance_m")
+        return _without_gaps(trace, trace["distance_m"], "distance_m")
     return _integral(trace, trace["speed_mps"], "speed_mps")
 
 
-def _whole(trace: Trace, values: Array, what: str) -> Array:
+def _without_gaps(trace: Trace, values: Array, what: str) -> Array:
     """Return a column that has no gaps; raise if it has."""
     if np.isnan(values).any():
         row = int(np.isnan(values).argmax()) + 1
@@ -164,7 +164,7 @@ def _whole(trace: Trace, values: Array, what: str) -> Array:
 
 
 def _integral(trace: Trace, values: Array, what: str) -> Array:
-    return integral_of(trace["time_s"], _whole(trace, values, what))
+    return integral_of(trace["time_s"], _without_gaps(trace, values, what))
 
 
 def _residual(trace: Trace, ledger: dict[str, float]) -> float:

@@ -58,10 +58,15 @@ def drive_as_sampled(
         return drive_of(log, vehicle, window)
     if "battery_energy_j" in log:  # our own trace
         return drive_of(log, vehicle, inf)
-    least = LONG if is_imposed(log, vehicle) else CLOSE
-    asked = interval_of(log["time_s"]) > (1 - ROUNDING) * least
+    row = interval_of(log["time_s"])
+    asked = may_be_means(row, imposed=is_imposed(log, vehicle))
     means = asked and holds_means(log, vehicle)
     return drive_of(log, vehicle, inf if means else SAMPLE)
+
+
+def may_be_means(row: float, *, imposed: bool) -> bool:
+    """Tell whether rows [s] are so far apart that samples and means differ."""
+    return row > (1 - ROUNDING) * (LONG if imposed else CLOSE)
 
 
 def holds_means(log: Trace, vehicle: Vehicle) -> bool:

@@ -103,10 +103,12 @@ def diagnose(
         offsets = tuple(c for name in withheld for c in OFFSETS.get(name, ()))
         problems = [problem_of(one.log, vehicle) for one in logs]
         refuse_silent(problems)
-        again = [problem_of(log, vehicle) for log in repeats]
-        problems = [
-            replace(p, unzeroed=offsets, noise=not_shared(p, again)) for p in problems
-        ]
+        if offsets or repeats:  # else they keep what they have worked out
+            again = [problem_of(log, vehicle) for log in repeats]
+            problems = [
+                replace(p, unzeroed=offsets, noise=not_shared(p, again))
+                for p in problems
+            ]
         felt = as_felt(Engine(problems))
         able = candidates_for(problems, candidates, withheld)
         engine, found = as_sent(
@@ -119,12 +121,13 @@ def diagnose(
     stands = what_stands(engine, found, able, stated, told)
     told("proof on held-out rows")
     fresh = [problem_of(one.log, vehicle) for one in holdouts]
-    kept = proven(engine, found, stands, gaps, fresh, stated)
-    stands, proved, noise = kept.stands, kept.proof, noise_of(gaps)
-    acting, causes, left = stands.engine, stands.causes, stands.left
     doubtless = any(g.energy.within is False for g in gaps)
-    large = doubtless and bool(kept.refuted)
-    large |= not kept.refuted and any(g.energy.beyond(DOUBTLESS) for g in gaps)
+    large = any(g.energy.beyond(DOUBTLESS) for g in gaps)
+    kept = proven(engine, found, stands, gaps, fresh, stated, doubtless=doubtless)
+    if kept.refuted:
+        large = doubtless
+    stands, proved = kept.stands, kept.proof
+    acting, causes, left = stands.engine, stands.causes, stands.left
     if not causes and doubtless:
         left = replace(left, opens_gap=True)
     wanders = {r.log: r.heights for r in left.rivals if r.heights} | felt.wanders
@@ -157,7 +160,7 @@ def diagnose(
         proved.before,
         proved.after,
         doubtless=doubtless,
-        noise=noise,
+        noise=noise_of(gaps),
         large=large,
         explained=proved.shrink.explained,
         ends=any(early),

@@ -9,7 +9,7 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.channel import interval_of
+from rcc_sim.channel import bridged, interval_of
 from rcc_sim.definitions.kernel import answering_time, road_of
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
@@ -316,9 +316,7 @@ def whole(log: Trace, column: str) -> Array:
     """Return a column without gaps; zeros where the log does not have it."""
     if not has(log, column):
         return np.zeros(len(log))
-    values, time = np.ascontiguousarray(log[column]), log["time_s"]
-    known = np.isfinite(values)
-    return values if known.all() else np.interp(time, time[known], values[known])
+    return bridged(log["time_s"], np.ascontiguousarray(log[column]))
 
 
 def in_holes(time: Array, known: NDArray[np.bool_]) -> NDArray[np.bool_] | None:

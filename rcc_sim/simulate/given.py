@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from rcc_sim.definitions.cycle import Cycle
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
-from rcc_sim.simulate.road import STEEPEST
+from rcc_sim.simulate.road import STEEPEST, rise_over_run
 from rcc_sim.trace import Trace
 
 Profile = tuple[ArrayLike, ArrayLike]
@@ -23,8 +23,7 @@ OUTPUT_RATE = {"speed": 100.0, "torque": 10.0, "throttle": 100.0}
 def road_profile(road: Trace) -> Profile:
     """Return the slope over distance of a surveyed road, from slope or elevation.
 
-    Where elevation is known, the slope at the middle of two points is rise over run,
-    Δh / sqrt(Δs² - Δh²), s being the way along the road.
+    Where elevation is known, the slope at the middle of two points is rise over run.
 
     Raises
     ------
@@ -47,7 +46,7 @@ def road_profile(road: Trace) -> Profile:
             "even the heights out over distance, or give the slope",
         )
     middle = 0.5 * (distance[1:] + distance[:-1])
-    return middle, rise / np.sqrt(way**2 - rise**2)
+    return middle, rise_over_run(rise, way)
 
 
 def throttle_drive(log: Trace) -> tuple[Cycle, Profile]:

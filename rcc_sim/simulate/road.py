@@ -102,8 +102,12 @@ def surveyed_slope(
     middle = 0.5 * (edges[1:] + edges[:-1])
     step = edges[1] - edges[0]
     dh = np.clip(np.diff(found), -STEEPEST * step, STEEPEST * step)
-    run = np.sqrt(step**2 - dh**2)
-    return 0.5 * (middle[1:] + middle[:-1]), dh / run
+    return 0.5 * (middle[1:] + middle[:-1]), rise_over_run(dh, step)
+
+
+def rise_over_run(rise: Array, way: Array | float) -> Array:
+    """Slope Δh / sqrt(Δs² - Δh²) of rises over the way along the road. [1]"""
+    return np.asarray(rise / np.sqrt(way**2 - rise**2))
 
 
 class Road:

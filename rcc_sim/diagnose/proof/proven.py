@@ -52,13 +52,14 @@ def proven(
     gaps: Sequence[Gap],
     fresh: Sequence[Problem],
     stated: Mapping[str, float],
+    *,
+    doubtless: bool,
 ) -> Proven:
     """Return what stands, without the causes if they are refuted.
 
     By the logs kept back (``fresh``), else by stretches of those that were fitted.
-    ``engine`` holds the logs without a profile.
+    ``engine`` holds the logs without a profile; ``doubtless`` is an energy gap.
     """
-    doubtless = any(g.energy.within is False for g in gaps)
     torqued = any(p.torqued for p in (*engine.problems, *fresh))
     by_torque = torqued and leave_shaft(stands.causes, stands.engine.tracks)
     how = partial(proof, nominal=engine, holdouts=fresh, by_torque=by_torque)

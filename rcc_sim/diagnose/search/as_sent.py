@@ -9,7 +9,7 @@ from math import inf
 
 import numpy as np
 
-from rcc_sim.analyse.sampled import SAMPLE
+from rcc_sim.analyse.sampled import SAMPLE, may_be_means
 from rcc_sim.diagnose.causes.cause import ENOUGH
 from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
@@ -18,8 +18,7 @@ from rcc_sim.diagnose.noise.whitener import log_likelihood
 from rcc_sim.diagnose.residuals.problem import Problem
 from rcc_sim.diagnose.residuals.shapes import LATERAL
 from rcc_sim.diagnose.search.compete import Explanation
-from rcc_sim.simulate.drive import ROUNDING, Drive
-from rcc_sim.simulate.spans import LONG
+from rcc_sim.simulate.drive import Drive
 
 Way = Callable[[Engine, Fit | None, Callable[[Engine], Engine] | None], Explanation]
 """How logs are explained: from a null, where known, and with the other way to drive."""
@@ -76,7 +75,8 @@ def averaged(
     found = explained(engine, null, None)
     if not any(asked):
         return engine, found
-    as_found, other = (other_way(of, asked) for of in (found.engine, engine))
+    other = other_way(engine, asked)
+    as_found = driven_as(found.engine, like=other)
     now = descent.fit(as_found, found.fit.values, found.fit.knobs)
     if answered(as_found, now) <= answered(found.engine, found.fit) + ENOUGH:
         return engine, found
@@ -112,7 +112,7 @@ def answered(engine: Engine, fit: Fit) -> float:
 def is_asked(problem: Problem) -> bool:
     """Tell whether an accelerometer may tell if a log's flows are samples or means."""
     turns = problem.drive.imposed and problem.drive.steered
-    long = problem.row > (1 - ROUNDING) * LONG and problem.charge is None
+    long = may_be_means(problem.row, imposed=True) and problem.charge is None
     return turns and long and "accel_y_mps2" in problem.channels
 
 
