@@ -16,6 +16,7 @@ from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import eigh
 from scipy.sparse import csc_array
 
 from rcc_sim.diagnose.noise.strips import Strips
@@ -161,21 +162,18 @@ def likeliest(
     share = np.full(k, 1 / k) if share is None else share
     unit = 1 / (np.sqrt(max(np.trace(M), 0.0) / k) or 1.0)
     shape, held = prior.shape, np.zeros(k) if prior.held is None else prior.held
-    least = 0.5 * np.linalg.slogdet(shape)[1]
     loose = float(held @ np.linalg.solve(shape, held))  # variance of the sum at size 1
-    M = M + np.outer(held, held)
-    best = (0.0, np.zeros(k), np.zeros(k), 0.0)
-    for size in SIZES:
-        tau = size * unit
-        P = shape / tau**2
-        C = np.linalg.cholesky(M + P + 1e-12 * np.trace(M) / k * np.eye(k))
-        y = np.linalg.solve(C, b)
-        half = np.log(np.diag(C)).sum() - least + k * np.log(tau)
-        half -= 0.5 * np.log1p(tau**2 * loose)
-        value = float(0.5 * y @ y - half)
-        if value > best[0]:
-            inverse = np.linalg.inv(C)
-            sd = np.sqrt((inverse**2).sum(0))
-            mean_sd = float(np.linalg.norm(inverse @ share))
-            best = (value, inverse.T @ y, sd, mean_sd)
-    return best
+    # V' shape V = 1 and V' M V = told: (M + shape / τ²)⁻¹ = V / (told + 1 / τ²) V'
+    told, V = eigh(M + np.outer(held, held), shape)
+    told, along = np.maximum(told, 0.0), V.T @ b
+    squares = (SIZES * unit) ** 2
+    half = 0.5 * np.log1p(np.outer(squares, told)).sum(axis=1)
+    half -= 0.5 * np.log1p(squares * loose)
+    left = 1 / (told + 1 / squares[:, None])
+    evidence = 0.5 * left @ along**2 - half
+    i = int(np.argmax(evidence))
+    if not evidence[i] > 0:
+        return 0.0, np.zeros(k), np.zeros(k), 0.0
+    sd, mean = np.sqrt(V**2 @ left[i]), np.sqrt(left[i]) * (V.T @ share)
+    value = V @ (left[i] * along)
+    return float(evidence[i]), value, sd, float(np.linalg.norm(mean))

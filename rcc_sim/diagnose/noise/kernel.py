@@ -60,6 +60,39 @@ def whiten(e, unit, valid, edges, weight, rest, gain, fade, w):
 
 
 @over_arrays
+def whiten_cut(
+    e,
+    share,
+    rows,
+    starts,
+    begin,
+    end,
+    place,
+    unit,
+    valid,
+    edges,
+    weight,
+    rest,
+    gain,
+    fade,
+    w,
+):
+    """Write to w, from place[j] on, what a window of e (n,) is whitened.
+
+    Window j holds a share of each of its rows, those from starts[j] on; worked out are
+    the valid ones from begin[j] to end[j].
+    """
+    for j in range(len(begin)):
+        a, b = begin[j], end[j]
+        part, left = np.zeros((1, b - a)), np.empty((1, place[j + 1] - place[j]))
+        for i in range(starts[j], starts[j + 1]):
+            part[0, rows[i] - a] = e[rows[i]] * share[i]
+        span = unit[a:b], valid[a:b], edges, weight, rest[a:b], gain[a:b], fade[a:b]
+        whiten(part, *span, left)
+        w[place[j] : place[j + 1]] = left[0]
+
+
+@over_arrays
 def follow_drift(each, rows, time, variance, sd, gain, fade):
     """Write how a drift is followed that dies away in so many rows.
 

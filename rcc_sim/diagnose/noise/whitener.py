@@ -22,12 +22,14 @@ from rcc_sim.diagnose.noise.kernel import (
     learn,
     leave_drift,
     whiten,
+    whiten_cut,
 )
 from rcc_sim.diagnose.noise.strips import Strips
 from rcc_sim.jit import compiled
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+Places = NDArray[np.intp]
 
 CURVATURE = (FREEDOM + 1) / (FREEDOM + 3)
 """Fisher information of the t-distribution about its centre, its scale being 1."""
@@ -109,12 +111,11 @@ class Rest:
         """All of it, row by row."""
         return self.at, self.gain, self.fade
 
-    def remembers(self, end: int) -> int:
-        """Return one past the last row that knows of the one before ``end``."""
-        if not end:
-            return 0
-        until = np.searchsorted(self._forgotten, self._forgotten[end - 1] + FORGOTTEN)
-        return min(int(until) + 1, len(self.at))
+    def remembers(self, ends: Places) -> Places:
+        """Return one past the last rows that know of those before the ``ends``."""
+        last = self._forgotten[np.maximum(ends - 1, 0)]
+        until = np.searchsorted(self._forgotten, last + FORGOTTEN) + 1
+        return np.where(ends > 0, np.minimum(until, len(self.at)), 0)
 
     @cached_property
     def _forgotten(self) -> Array:
@@ -178,29 +179,28 @@ class Whitener:
         """
         if self.drift is not None:
             return Strips.of(self(e[:, None] * windows.toarray()))
+        windows.sort_indices()
+        n, k, stops = len(e), windows.shape[1], self._stops
+        starts, at = windows.indptr, np.append(windows.indices, 0)
+        held = np.diff(starts) > 0
+        begin = np.where(held, at[starts[:-1]], 0)
+        past = np.where(held, at[starts[1:] - 1] + 1, 0)
+        near = np.minimum(past + (self.edges[-1] if len(self.memory) else 0), n)
+        end = np.maximum(near, stops.remembers(past))
         before = np.concatenate([[0], np.cumsum(self.valid)])
-        reach = self.edges[-1] if len(self.memory) else 0
-        stops = self._stops
+        first, size = before[begin], before[end] - before[begin]
+        place = np.concatenate([[0], np.cumsum(size)])
+        w = np.empty(place[-1])
+        cut = windows.data, windows.indices, starts, begin, end, place
+        known = self._unit, self.valid, *self._ends
+        compiled(whiten_cut)(e, *cut, *known, *stops.rows, w)
         rows = np.flatnonzero(stops.at[self.valid])
-        k, starts = windows.shape[1], windows.indptr
-        whole, first = np.zeros((len(rows), k)), np.zeros(k, dtype=np.intp)
-        runs = []
-        for j in range(k):
-            mine = slice(starts[j], starts[j + 1])
-            at = windows.indices[mine]
-            a, b = (at.min(), at.max() + 1) if len(at) else (0, 0)
-            near = min(b + reach, len(e))
-            end = max(near, stops.remembers(b))
-            part = np.zeros((1, end - a))
-            part[0, at - a] = e[at] * windows.data[mine]
-            w = np.empty((1, before[end] - before[a]))
-            known = self._unit[a:end], self.valid[a:end], *self._ends
-            compiled(whiten)(part, *known, *(x[a:end] for x in stops.rows), w)
-            stand = slice(*np.searchsorted(rows, [before[a], before[end]]))
-            standing = rows[stand] - before[a]
-            whole[stand, j], w[0, standing] = w[0, standing], 0.0
-            first[j] = before[a]
-            runs.append(w[0, : before[near] - before[a]])
+        whole = np.zeros((len(rows), k))
+        runs = [w[a : a + m] for a, m in zip(place, before[near] - first, strict=False)]
+        for j in range(k if len(rows) else 0):
+            stand = slice(*np.searchsorted(rows, [first[j], first[j] + size[j]]))
+            standing = place[j] + rows[stand] - first[j]
+            whole[stand, j], w[standing] = w[standing], 0.0
         return Strips((self._count, k), rows, whole, np.arange(k), first, runs)
 
     def foresees(self, e: Array) -> float:
