@@ -7,7 +7,7 @@ from itertools import combinations, pairwise
 import numpy as np
 import pytest
 
-from rcc_sim.diagnose.profiles.switched import segments
+from rcc_sim.diagnose.profiles.partition import segments
 
 
 def cost(value, told, edges, nats):

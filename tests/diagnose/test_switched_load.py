@@ -7,7 +7,8 @@ from rcc_sim.analyse.logged import open_log
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.deliver import acting
-from rcc_sim.diagnose.profiles.switched import FIRST, segments, sharpened
+from rcc_sim.diagnose.profiles.partition import segments
+from rcc_sim.diagnose.profiles.switched import FIRST, sharpened
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import replay

@@ -178,8 +178,15 @@ def slopes(
     if rows is not None:
         w, A = w[rows], A[rows]
     W = weights(w)
-    B = A.T * np.sqrt(W)
-    H = curvature(W) * (B @ B.T) + np.diag(1 / now.prior_sd**2)
+
+    def of_half(half: slice) -> Array:
+        B = A[half].T * np.sqrt(W[half])
+        product: Array = B @ B.T
+        return product
+
+    middle = len(w) // 2
+    H = sum(engine.each(of_half, [slice(middle), slice(middle, None)]))
+    H = curvature(W) * H + np.diag(1 / now.prior_sd**2)
     return H, A.T @ (W * w) + now.off / now.prior_sd**2
 
 

@@ -27,6 +27,7 @@ from rcc_sim.diagnose.causes.strengths import (
 )
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
+from rcc_sim.diagnose.profiles.partition import segments
 from rcc_sim.diagnose.profiles.probe import Probe
 from rcc_sim.diagnose.profiles.remainder import carrier_of
 from rcc_sim.diagnose.residuals.problem import Problem
@@ -232,36 +233,3 @@ def sharpened(value: Array, told: Array, edges: tuple[int, ...]) -> float:
     left = value - np.repeat(level, np.diff(edges))
     usual = float(np.median(told * left**2)) / NORMAL
     return 1 / max(usual, 1e-12)
-
-
-def segments(value: Array, told: Array, least: int, nats: float) -> tuple[int, ...]:
-    """Return where the levels of a sequence begin, and its end.
-
-    Those that minimise ``sum told (value - level)^2 / 2 + nats`` per level, of which
-    none holds fewer than ``least`` values: optimal partitioning, by dynamic programming
-    (Jackson et al. 2005, IEEE Signal Processing Letters 12(2)).
-
-    Parameters
-    ----------
-    value, told : ndarray, shape (n,)
-        Each value, and its inverse variance.
-    least : int
-        Fewest values in a level.
-    nats : float
-        What a level costs.
-    """
-    n = len(value)
-    weight = np.concatenate([[0.0], np.cumsum(told)])
-    total = np.concatenate([[0.0], np.cumsum(told * value)])
-    best, start = np.full(n + 1, -np.inf), np.zeros(n + 1, dtype=int)
-    best[0] = 0.0
-    for j in range(min(least, n), n + 1):
-        i = slice(0, max(j - least, 0) + 1)
-        own = np.maximum(weight[j] - weight[i], 1e-300)
-        gain = best[i] + 0.5 * (total[j] - total[i]) ** 2 / own - nats
-        start[j] = int(gain.argmax())
-        best[j] = gain[start[j]]
-    edges = [n]
-    while edges[-1] > 0:
-        edges.append(int(start[edges[-1]]))
-    return tuple(edges[::-1])
