@@ -46,7 +46,8 @@ NEAR = 0.3
 other causes are known it may gain more."""
 
 ALIKE = 0.6
-"""Share of a cause's nats that another must gain at its best strength to be fitted."""
+"""Share of a cause's nats that another must gain at its best strength to be fitted; and
+along the signals found there, to be followed any farther."""
 
 CHANGES = 3
 """Times that a cause may give way."""
@@ -263,10 +264,12 @@ def rivals_of(
         if s.gain > ALIKE * own or (s.values and s.candidate.effect in alike)
     ]
     along = engine.whitened(base.signals, fit.noise)
-    fits = engine.each(
-        lambda one: with_effect(engine, base, one, fit.noise, along, patient=False),
-        screened,
-    )
+    wanted = base.score + ALIKE * (fit.score - base.score)
+
+    def fitted(one: Screened) -> Fit | None:
+        return with_effect(engine, base, one, fit.noise, along, wanted=wanted)
+
+    fits = engine.each(fitted, screened)
     absent = apart(engine, fit, base)
     found = [
         replace(against(engine, fit, one, other), absent=absent)

@@ -25,12 +25,13 @@ def with_effect(
     noise: list[Whitener],
     along: Tangent,
     *,
-    patient: bool = True,
+    wanted: float | None = None,
 ) -> Fit | None:
     """Refine one candidate under given noise, the knobs of the base giving way.
 
-    None where no vehicle can have such a strength. Unless it is ``patient``, what
-    gained less than its signals promised is left there.
+    None where no vehicle can have such a strength. Where it is only asked whether it
+    reaches a score that is ``wanted``, it is followed as far as the signals of the base
+    lead, and if it is not behind there.
     """
     mine = effect_knobs(screened)
     keys = {k.key for k in mine}
@@ -38,7 +39,7 @@ def with_effect(
     knobs = [k for k in base.knobs if k.key not in keys] + mine
     start = engine.attempt(base.values | screened.values, knobs, noise)
     kept = along.but(gone)
-    return start and pursued(engine, start, keys, kept, patient=patient)
+    return start and pursued(engine, start, keys, kept, wanted=wanted)
 
 
 def pursued(
@@ -48,11 +49,12 @@ def pursued(
     kept: Tangent,
     enough: float = inf,
     *,
-    patient: bool = True,
+    wanted: float | None = None,
 ) -> Fit:
     """Refine the figures of a candidate further, the others along ``kept`` signals.
 
-    It ends where the score is enough.
+    It ends where the score is enough; and where one is ``wanted``, and these signals do
+    not lead there.
     """
     now, bent = start, False
     for _ in range(STEPS):
@@ -62,11 +64,13 @@ def pursued(
         gain, now = new.score - now.score, new
         if now.score >= enough:
             return now
-        bent |= patient and gain < min(MUCH * promised, promised - TIED)
+        bent |= wanted is None and gain < min(MUCH * promised, promised - TIED)
         if gain < SETTLED:
             if not (bent or any(k.by_factor or k.is_stepped for k in mine)):
                 return now
             break
+    if wanted is not None and now.score < wanted:
+        return now
     # so far off that the others' signals have bent, or grown by a factor
     now = descent.improve(engine, now, rounds=ANEW, least=SETTLED)
     for _ in range(LEAPS):  # what jumps and the others take turns
