@@ -9,10 +9,11 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.analyse.charge import charge_of
+from rcc_sim.analyse.charge import Charge, charge_of
 from rcc_sim.analyse.gap_alarm import alarm_limit, strongest_first
 from rcc_sim.analyse.gap_channels import (
     ChannelGap,
+    Noise,
     channel_gap,
     noise_of,
     refuse_other_drives,
@@ -134,23 +135,12 @@ def gap(
         If nothing drives the model, or it predicts nothing that the log holds; if a
         repeat is of another drive.
     """
-    log = logged.log
     _refuse_unusable(logged, vehicle)
-    refuse_other_drives(log, repeats)
-    drive = drive_as_sampled(log, vehicle, window)
-    charge = charge_of(log, vehicle) if drive.imposed else None
-    if charge is not None:
-        drive = replace(drive, window=inf)
-        columns = {**log.columns, "battery_power_w": charge.held(charge.power)}
-        log = Trace(columns, name=log.name)
-    if drive.steered:
-        log = _turning(log, vehicle)
-    if drive.imposed:  # power follows from the motion, not from the torque logged
-        drive = untorqued(drive)
-    names = USED
+    refuse_other_drives(logged.log, repeats)
+    log, drive, charge = _posed(logged.log, vehicle, window)
     tell = progress or (lambda share: None)
     simulated = predicted(
-        vehicle, drive, names, progress=lambda share: tell(0.3 * share)
+        vehicle, drive, USED, progress=lambda share: tell(0.3 * share)
     )
     channels = _channels(log, drive, simulated)
     base = {c: simulated[c] for c in (*channels, *_powers(simulated))}
@@ -164,23 +154,14 @@ def gap(
     kinds = _kinds(log, drive, simulated, scale)
     compared = _compared(log, drive, simulated, channels, scale)
     memory = rows_in(drive.time, AVERAGED * scale.time)
-    gaps, sizes = [], {}
-    for name, e in compared.items():
-        noise = noise_of(name, log, e, vehicle, repeats, memory)
-        if charge is not None and name == "battery_power_w":
-            noise = charge.noise_of(e), "charge"
-        band = moved.band(name, len(log))
-        ok = np.isfinite(e)
-        gaps.append(
-            channel_gap(name, log[name], simulated[name], ok, noise=noise, band=band)
-        )
-        least = FINEST * float(np.sqrt(np.mean(log[name][ok] ** 2)))
-        size = np.maximum(np.hypot(noise[0], band), least)
-        sizes[name] = np.broadcast_to(size, len(log))
-    limit = alarm_limit(compared, sizes, moved, memory)
-    when = tuple(windows(log["time_s"], compared, sizes, memory, limit))
-    gaps = strongest_first(gaps, frozenset(w.channel for w in when))
-    del compared, sizes  # a long log's are large
+    noises = {
+        name: (charge.noise_of(e), "charge")
+        if charge is not None and name == "battery_power_w"
+        else noise_of(name, log, e, vehicle, repeats, memory)
+        for name, e in compared.items()
+    }
+    gaps, when = _parted(log, simulated, compared, noises, moved, memory)
+    del compared, noises  # a long log's are large
     energy, measured, weights, moved = energy_gap(
         log, vehicle, drive, simulated, moved=moved
     )
@@ -194,20 +175,16 @@ def gap(
         return charge.at_rows(power), charge.shifts(shifts)
 
     tell(0.85)
-    stages = (
-        []
-        if measured is None
-        else stage_gaps(
-            log,
-            vehicle,
-            drive,
-            driven,
-            simulated=model,
-            measured=measured,
-            weights=weights,
-            moved=moved,
-            energy=energy,
-        )
+    stages = stage_gaps(
+        log,
+        vehicle,
+        drive,
+        driven,
+        simulated=model,
+        measured=measured,
+        weights=weights,
+        moved=moved,
+        energy=energy,
     )
     doubts = share_uncertainty(kinds, len(REGIMES), weights, moved, energy)
     tell(1.0)
@@ -246,6 +223,24 @@ def _refuse_unusable(logged: Logged, vehicle: Vehicle) -> None:
             f"{log.name}: speed_mps: {wrong['speed_mps'].what}",
             f"the motion has to drive the model, for {why}; {wrong['speed_mps'].mend}",
         )
+
+
+def _posed(
+    log: Trace, vehicle: Vehicle, window: float | None
+) -> tuple[Trace, Drive, Charge | None]:
+    """Return a log as it is compared, what drives the model, and its charge if told.
+
+    Power follows from the motion that was measured, not from a torque that was.
+    """
+    drive = drive_as_sampled(log, vehicle, window)
+    charge = charge_of(log, vehicle) if drive.imposed else None
+    if charge is not None:
+        drive = replace(drive, window=inf)
+        columns = {**log.columns, "battery_power_w": charge.held(charge.power)}
+        log = Trace(columns, name=log.name)
+    if drive.steered:
+        log = _turning(log, vehicle)
+    return log, untorqued(drive) if drive.imposed else drive, charge
 
 
 def _turning(log: Trace, vehicle: Vehicle) -> Trace:
@@ -312,6 +307,30 @@ def _compared(
         if np.isfinite(e).any():
             out[name] = e
     return out
+
+
+def _parted(
+    log: Trace,
+    simulated: dict[str, Array],
+    compared: dict[str, Array],
+    noises: dict[str, Noise],
+    moved: Tolerances,
+    memory: int,
+) -> tuple[list[ChannelGap], tuple[Window, ...]]:
+    """Return by how much each channel parts, the farthest first, and when."""
+    gaps, sizes = [], {}
+    for name, e in compared.items():
+        noise, band = noises[name], moved.band(name, len(log))
+        ok = np.isfinite(e)
+        gaps.append(
+            channel_gap(name, log[name], simulated[name], ok, noise=noise, band=band)
+        )
+        least = FINEST * float(np.sqrt(np.mean(log[name][ok] ** 2)))
+        size = np.maximum(np.hypot(noise[0], band), least)
+        sizes[name] = np.broadcast_to(size, len(log))
+    limit = alarm_limit(compared, sizes, moved, memory)
+    when = tuple(windows(log["time_s"], compared, sizes, memory, limit))
+    return strongest_first(gaps, frozenset(w.channel for w in when)), when
 
 
 def _notes(

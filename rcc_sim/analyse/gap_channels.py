@@ -16,6 +16,8 @@ from rcc_sim.trace import Trace
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+Noise = tuple[float, str]
+"""Size of a channel's noise, and where it is taken from."""
 
 SAMPLE = 200_000
 """Rows from which the size of a noise is judged."""
@@ -147,7 +149,7 @@ def noise_of(
     vehicle: Vehicle,
     repeats: Sequence[Trace],
     memory: int,
-) -> tuple[float, str]:
+) -> Noise:
     """Return the noise of a channel, and where its size is taken from.
 
     Repeats of the drive know best. A vehicle file's ``[sensors]`` knows the sensor but

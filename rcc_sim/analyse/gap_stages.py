@@ -55,7 +55,7 @@ def stage_gaps(
     power: Power,
     *,
     simulated: Array,
-    measured: Array,
+    measured: Array | None,
     weights: Array,
     moved: Tolerances,
     energy: EnergyGap,
@@ -73,7 +73,7 @@ def stage_gaps(
         The simulated power [W] of a drive, and how the file's sds move it at the rows
         of ``moved``.
     simulated, measured : ndarray, shape (n,)
-        Power of the drive as it is, and as logged. [W]
+        Power of the drive as it is, and as logged; None where none was. [W]
     weights : ndarray, shape (n,)
         Time that each row stands for. [s]
     moved : Tolerances
@@ -81,6 +81,8 @@ def stage_gaps(
     energy : EnergyGap
         Of the whole drive: where it was measured, and its uncertainties.
     """
+    if measured is None:
+        return []
     levels: list[tuple[str, Array, Array]] = []
     at_battery = energy.at == "battery"
     now = drive
