@@ -11,7 +11,7 @@ from rcc_sim.diagnose.causes.cause import Cause
 from rcc_sim.diagnose.judge.verdict import probability
 from rcc_sim.diagnose.profiles.remainder import Remainder
 from rcc_sim.diagnose.run import diagnose
-from rcc_sim.diagnose.search.compete import beside_a_drag
+from rcc_sim.diagnose.search.taken import beside_a_drag
 from rcc_sim.report.doubts import is_a_drag_as_well
 from rcc_sim.trace import Trace
 from tests.by_hand import STATED, logged, shaft_torque

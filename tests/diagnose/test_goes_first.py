@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rcc_sim.diagnose.causes.cause import Cause
-from rcc_sim.diagnose.search import compete
+from rcc_sim.diagnose.search import taken
 
 SLOPE = {0: SimpleNamespace(weighed=False)}
 HILL = Cause("road_grade", (), 600.0, profiles=SLOPE, shares=np.array([0.5, 0.5]))
@@ -18,11 +18,11 @@ def asked(monkeypatch, rest, one=DRAG, scored=480.0):
     fits = SimpleNamespace(values={}, knobs=(), noise=None, score=scored)
     engine = SimpleNamespace(judged=lambda fit, noise: fit)
     hill = Cause("road_grade", (), rest) if rest else None
-    monkeypatch.setattr(compete.descent, "fit", lambda *args: fits)
-    monkeypatch.setattr(compete, "profile_cause", lambda *args: (hill, set()))
+    monkeypatch.setattr(taken.descent, "fit", lambda *args: fits)
+    monkeypatch.setattr(taken, "profile_cause", lambda *args: (hill, set()))
     before = SimpleNamespace(noise=None, score=0.0)
     best = SimpleNamespace(fit=fits)
-    return compete.before_profile(engine, before, best, one, HILL) is fits
+    return taken.before_profile(engine, before, best, one, HILL) is fits
 
 
 @pytest.mark.parametrize(("rest", "first"), [(260.0, True), (150.0, False), (0, False)])

@@ -7,7 +7,7 @@ import numpy as np
 
 from rcc_sim.diagnose.causes.cause import Cause
 from rcc_sim.diagnose.profiles.remainder import UNKNOWN_ENOUGH, Remainder
-from rcc_sim.diagnose.search import compete as of
+from rcc_sim.diagnose.search import compete, taken
 from rcc_sim.diagnose.search.look import Look
 
 WIND = Cause("headwind", ("w",), 180.0, profiles={0: None})
@@ -39,14 +39,15 @@ def test_a_load_is_tried_where_a_wind_fits_better_and_does_not_stand(monkeypatch
         "one_alone": lambda engine, causes, fit, close: (causes, fit),
     }
     for name, do in said.items():
-        monkeypatch.setattr(of, name, do)
+        there = taken if hasattr(taken, name) else compete
+        monkeypatch.setattr(there, name, do)
     able = [
         SimpleNamespace(
             effect=c.effect, several=False, searches=[SimpleNamespace(key=c)]
         )
         for c in (WIND, LOAD)
     ]
-    found = of.compete(SimpleNamespace(problems=[]), able, null=object())
+    found = compete.compete(SimpleNamespace(problems=[]), able, null=object())
     assert found.causes == (LOAD,)
     assert [WIND.effect in names for names in asked] == [True, False, False]
 

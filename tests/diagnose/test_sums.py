@@ -9,8 +9,8 @@ from rcc_sim.diagnose.causes.candidates import candidates_for
 from rcc_sim.diagnose.causes.cause import Cause
 from rcc_sim.diagnose.residuals.problem import Problem
 from rcc_sim.diagnose.run import diagnose
-from rcc_sim.diagnose.search.compete import taken_in
 from rcc_sim.diagnose.search.look import free_of
+from rcc_sim.diagnose.search.taken import taken_in
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import replay
 from rcc_sim.trace import Trace

@@ -38,8 +38,8 @@ from rcc_sim.diagnose.profiles.remainder import (
 )
 from rcc_sim.diagnose.proof.hold_out import Proof, Shrink
 from rcc_sim.diagnose.proof.proven import is_refuted
-from rcc_sim.diagnose.search.compete import outweighed
 from rcc_sim.diagnose.search.screen import Screen
+from rcc_sim.diagnose.search.taken import outweighed
 from rcc_sim.physics.effects import EFFECTS
 
 CAUSE = Cause("payload", ("effects.payload.mass_kg",), 50.0)
