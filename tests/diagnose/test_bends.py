@@ -1,5 +1,6 @@
 """A driver makes up late for what a bend takes from the speed."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -48,16 +49,23 @@ def test_a_drive_by_its_own_commands_has_no_such_share(tmp_path):
     assert not bends_of(problem)
 
 
-def test_the_late_share_follows_with_the_memory_that_is_stated(tmp_path):
+def test_what_is_missing_at_first_comes_later_with_the_memory_that_is_stated(tmp_path):
     (problem,) = problems_of(tmp_path / "ev", "ev", 1)
-    k, bends = problem.channels.index("battery_current_a"), bends_of(problem)
-    now, late = -bends["bend"][k], bends["bend_late"][k]
+    (bends,) = bends_of(problem).values()
+    k = problem.channels.index("battery_current_a")
+    steered = problem.drive.commands.steer
+    straight = problem.drive.commanded(steer=np.zeros_like(steered))
+    on = replace(problem, drive=straight).predict({})["battery_current_a"]
+    now = np.nan_to_num(problem.nominal["battery_current_a"] - on)
+    late = bends[k] + now
     # a first-order lag: d(late)/dt = (now - late) / 1 s, in rows of 0.1 s
     steps = late[1:] - late[:-1] * np.exp(-0.1)
     assert steps == pytest.approx(now[1:] * (1 - np.exp(-0.1)), abs=2e-3 * now.max())
+    # in all it is the same charge, but for what the last second's bend still owes
+    assert bends[k].sum() == pytest.approx(0.0, abs=0.01 * now.sum())
     assert not any(
         np.any(x)
-        for x, c in zip(bends["bend"], problem.channels, strict=True)
+        for x, c in zip(bends, problem.channels, strict=True)
         if c in ("yaw_rate_radps", "accel_x_mps2", "accel_y_mps2")
     )
 

@@ -9,10 +9,11 @@ from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.simulate.run import simulate
 from rcc_sim.trace import Trace
-from tests.scaled_drive import written
+from tests.scaled_drive import logged
 
 CAR = load_vehicle("tesla_model_3")
 NOISE = {
+    "time_s": 0.0,
     "steer_cmd_rad": 0.0, "speed_mps": 0.02, "yaw_rate_radps": 0.003,
     "accel_x_mps2": 0.06, "accel_y_mps2": 0.06, "motor_torque_nm": 0.8,
     "battery_voltage_v": 0.3, "battery_current_a": 0.4,
@@ -31,19 +32,11 @@ def driven(rate, car=CAR, seconds=200.0, bends_s=23.0):
     return simulate(car, cycle, steer=(fine, steer), output_rate=rate).trace
 
 
-def log_of(trace, folder, seed, noise=None):
-    rng = np.random.default_rng(seed)
-    columns = {"time_s": trace["time_s"]}
-    for name, sd in (NOISE | (noise or {})).items():
-        columns[name] = trace[name] + sd * rng.normal(size=len(trace))
-    return written(columns, CAR, folder)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2])
 def test_fifty_rows_a_second_with_noise_at_rest_are_no_gap(seed, tmp_path):
     """A limit that cuts what noise foresees, or a power over time, was told."""
-    found = diagnose([log_of(driven(50.0), tmp_path, seed)], CAR)
+    found = diagnose([logged(driven(50.0), CAR, seed, tmp_path, noise=NOISE)], CAR)
     assert (found.status, found.asserted) == ("no_gap", ())
     stated = CAR.figures()["effects.regeneration_limit.max_torque_nm"]
     moved = found.figures().get("effects.regeneration_limit.max_torque_nm", stated)
@@ -65,7 +58,8 @@ def test_what_holds_still_is_nil_and_what_pulls_away_is_not():
 def test_a_torque_whose_noise_is_foreseen_makes_no_delay(tmp_path):
     """One of two rows beside what shifts by rows was a smoother of it, at 99 %."""
     for seed in (3, 4):
-        log = log_of(driven(10.0), tmp_path, seed, {"motor_torque_nm": 2.0})
+        noise = NOISE | {"motor_torque_nm": 2.0}
+        log = logged(driven(10.0), CAR, seed, tmp_path, noise=noise)
         assert [a.cause.effect for a in diagnose([log], CAR).asserted] == []
 
 
@@ -83,7 +77,7 @@ def test_how_a_car_answers_its_steering_tells_means_from_samples(lag, tmp_path):
     rows = np.searchsorted(fine["time_s"], means["time_s"])
     samples = Trace({c: x[rows] for c, x in fine.columns.items()}, name="log")
     for trace, window in ((means, np.inf), (samples, 0.01)):
-        found = diagnose([log_of(trace, tmp_path, 5)], CAR)
+        found = diagnose([logged(trace, CAR, 5, tmp_path, noise=NOISE)], CAR)
         told, fit = found.found, found.found.fit
         assert [c.effect for c in told.causes] == ["steering_lag"] * bool(lag)
         off = [

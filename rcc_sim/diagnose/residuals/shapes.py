@@ -113,7 +113,7 @@ def bends_of(problem: Problem) -> dict[str, list[Array]]:
 
     A car slows a little in a bend, by less than a noisy speed shows, until its driver
     makes up for it. In a drive that is imposed that share of the drag is missing in the
-    power at first (``bend``), and comes late (``bend_late``).
+    power at first, and comes late; in all it is the same energy.
     """
     drive = problem.drive
     if not (drive.imposed and drive.steered) or problem.charge is not None:
@@ -128,10 +128,7 @@ def bends_of(problem: Problem) -> dict[str, list[Array]]:
     ages = np.arange(0, 8 * MADE_UP, problem.row)
     late = np.exp(-ages / MADE_UP)
     late /= late.sum()
-    return {
-        "bend": [-x for x in drag],
-        "bend_late": [np.convolve(x, late)[: len(x)] for x in drag],
-    }
+    return {"bend": [np.convolve(x, late)[: len(x)] - x for x in drag]}
 
 
 def discharge_of(problem: Problem) -> list[Array]:
