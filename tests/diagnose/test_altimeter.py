@@ -1,5 +1,7 @@
 """An altimeter that wanders is told as one, where anything tells; it is no drag."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
@@ -10,7 +12,7 @@ from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.knobs import nuisance_knobs
-from rcc_sim.diagnose.profiles.as_felt import felt_slope
+from rcc_sim.diagnose.profiles.as_felt import as_felt, felt_slope
 from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.report.doubts import misread_sensors
@@ -121,3 +123,21 @@ def test_a_hill_that_heights_do_not_show_leaves_the_rest_of_the_road_as_it_is():
     assert slope.at(s[there]).mean() == pytest.approx(14.0 / 500, rel=0.3)
     far = (s < 1500) | (s > 3000)
     assert np.median(slope.at(s[far])) == pytest.approx(0.0, abs=0.25 * 14.0 / s[-1])
+
+
+def test_a_road_on_which_a_log_is_less_likely_is_not_the_one_that_was_felt(monkeypatch):
+    """A speed that read 3 % too little looked like heights that were off."""
+    log, _ = driven(1, 2.0, 120.0)
+    engine = Engine([problem_of(log, CAR)])
+    assert as_felt(engine).wanders
+    plain = descent.of_tolerances(engine)
+    fit = descent.fit
+
+    def worse(there, values, *rest):
+        found = fit(there, values, *rest)
+        return found if there is engine else replace(found, loglik=plain.loglik - 100)
+
+    monkeypatch.setattr(descent, "fit", worse)
+    kept = as_felt(engine)
+    assert (kept.engine, kept.wanders) == (engine, {})
+    assert kept.null.values == plain.values

@@ -48,7 +48,7 @@ def as_felt(engine: Engine) -> Felt:
     (:class:`~rcc_sim.diagnose.profiles.altimeter.Wander`) is what tolerances leave, the
     road is set right by the slope that explains it, but for its median: a slope all
     along is a drag as well. (A mean would make a drag all along of one hill that the
-    heights do not show.)
+    heights do not show.) None is taken on which the logs are less likely.
     """
     wanders: dict[int, Wander] = {}
     if not any(p.drive.climbed for p in engine.problems):
@@ -60,10 +60,12 @@ def as_felt(engine: Engine) -> Felt:
         known = {r.log: r.heights for r in found if r.heights and r.heights.is_known}
         if not known:
             break
-        wanders = known | wanders
         slopes = {i: felt_slope(engine, null, i) for i in known}
-        engine = with_acting(engine, slopes)
-        null = descent.fit(engine, null.values, nuisance_knobs(engine.problems))
+        there = with_acting(engine, slopes)
+        new = descent.fit(there, null.values, nuisance_knobs(there.problems))
+        if new.score < null.score:
+            break
+        wanders, engine, null = known | wanders, there, new
     return Felt(engine, wanders, null)
 
 
