@@ -18,8 +18,8 @@ EFFECT = Effect(
         Param(
             "gain",
             neutral=1.0,
-            bounds=(1.0, 10.0),
-            typical=(1.0, 2.0),
+            bounds=(0.1, 10.0),
+            typical=(0.5, 2.0),
             about="drive force over the map's, at the same throttle and speed",
         ),
     ),
