@@ -16,6 +16,7 @@ from rcc_sim.diagnose.causes.prices import Prices, prices
 from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.fitting.knobs import BIAS, OWN, RADIUS, Knob
 from rcc_sim.diagnose.fitting.pulls import moved, moved_together
+from rcc_sim.diagnose.judge.energies import SHRUNK, stays_off
 from rcc_sim.diagnose.judge.verdict import (
     INTERVAL,
     Asserted,
@@ -135,6 +136,7 @@ class Diagnosis:
             ],
             "moved": self.moved,
             "moved_together": self.moved_together,
+            "taken_up": self.taken_up,
             "foreseen": self.foreseen,
             "figures": {k: self._told(k, x) for k, x in self._moved().items()},
             "prices": self.prices and asdict(self.prices),
@@ -195,6 +197,19 @@ class Diagnosis:
             return 1.0
         explained = max(self.proof.shrink.explained, 0.0)
         return 1.0 - explained if self.left.is_real else 0.0
+
+    @property
+    def taken_up(self) -> bool:
+        """Whether stated figures, as they moved, close a gap that is no cause's.
+
+        Their sds allow it to the fit; to the energy all of them together do not.
+        """
+        before, after = self.proof.before, self.proof.after
+        known = before is not None and bool(self.moved)
+        closed = self.proof.shrink.explained >= 1 - SHRUNK
+        closed &= not stays_off(before, after, doubtless=True)
+        real = self.left.is_real or self.status != "unexplained" or self.asserted
+        return known and closed and not real
 
     @cached_property
     def prices(self) -> Prices | None:

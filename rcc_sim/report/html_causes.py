@@ -26,6 +26,7 @@ from rcc_sim.report.text import (
     signed,
     tag,
 )
+from rcc_sim.report.verdict import TAKEN_UP
 from rcc_sim.units import unit_of
 
 SHOWN = 8
@@ -55,6 +56,8 @@ def _asserted(diagnosis: Mapping[str, Any]) -> Markup:
             "unexplained": "No cause is asserted: the gap is real, and no effect of "
             "the library accounts for it. The flagged stretches say where it sits.",
         }
+        if diagnosis.get("taken_up"):
+            return tag("p", f"No cause is asserted: the gap is real, and {TAKEN_UP}.")
         return tag("p", reason.get(diagnosis["status"], "No cause is asserted."))
     rows = [
         {

@@ -33,7 +33,14 @@ from rcc_sim.report.text import (
     short,
     sparkline,
 )
-from rcc_sim.report.verdict import OTHER, is_at_bound, judged, these
+from rcc_sim.report.verdict import (
+    DOUBTFUL,
+    OTHER,
+    TAKEN_UP,
+    is_at_bound,
+    judged,
+    these,
+)
 
 WORDS = {
     "no_gap": "no gap beyond what tolerances and noise explain",
@@ -122,10 +129,11 @@ def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
             f"{_held_out(found)}: withdrawn",
         )
     yield from _rivals(found)
-    if found.asserted:
+    if found.asserted or found.taken_up:
         yield from _proof(found)
+    if found.asserted:
         yield from ((word, of_one + text) for word, text in _ledger(found))
-    elif found.kept_back:
+    elif found.kept_back and not found.taken_up:
         yield "PROOF", f"there is no cause to hold against {_held_out(found)}"
     yield from doubtful
     if found.left.is_real:
@@ -196,9 +204,14 @@ def _verdict(found: Diagnosis) -> str:
     """Return the status, and why there is a cause where the energy asks for none."""
     energies = [g.energy.within for g in found.gaps]
     told = WORDS[found.status].replace("no gap", _no_gap(found))
-    if found.asked and found.status == "unexplained":
+    if found.taken_up:
+        told = f"a real gap, and {TAKEN_UP}: measure them, or state larger sds"
+    elif found.asked and found.status == "unexplained":
         told = f"a real gap that {listed(found.asked, 'or')} does not explain"
         told += ", and nothing else was asked for"
+    key, sds = next(iter(found.moved.items()), ("", 0.0))
+    if found.status == "no_gap" and abs(sds) >= DOUBTFUL:
+        told += f", with {key} {figures(abs(sds), 2)} sds off what is stated"
     if found.status == "no_gap" and False in energies:
         told = told.replace("no gap", "no cause: no gap row by row") + f"; {RARE}"
     elif found.status != "no_gap" and all(energies):

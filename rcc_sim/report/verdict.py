@@ -27,6 +27,9 @@ MOSTLY = 0.5
 its own past foresees it: of 24 commanded drives of the blind plant without a cause none
 has more than 0.34 in any channel but the speed."""
 
+TAKEN_UP = "no effect is needed: stated figures take it up as moved"
+"""What a real gap is where the mended file has no cause."""
+
 VAGUE = 0.1
 """What the share that is explained may come short of itself by before that is told."""
 
@@ -56,6 +59,8 @@ def verdict_of(diagnosis: Mapping[str, Any]) -> str:
             doubt = "doubt" if told else both
             parts = [f"no gap{place} beyond {doubt}", told or "no energy was judged"]
         parts.append(hangs_together(diagnosis))
+    elif status == "unexplained" and diagnosis.get("taken_up"):
+        parts = [f"a real gap, and {TAKEN_UP}", _mended(diagnosis)]
     elif status == "unexplained":
         parts = [
             _unexplained(diagnosis.get("candidates") or []),

@@ -11,6 +11,7 @@ from rcc_sim.analyse.logged import Logged
 from rcc_sim.definitions.cycle import Cycle, parse_cycle
 from rcc_sim.definitions.figure import Figure
 from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose.diagnosis import Diagnosis
 from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.fitting.knobs import Knob
 from rcc_sim.diagnose.fitting.pulls import moved, moved_together
@@ -62,6 +63,48 @@ def test_a_gap_that_what_was_asked_for_does_not_explain_says_so():
     told = verdict_of({"status": "unexplained", "candidates": ["payload", "headwind"]})
     assert told.startswith("A real gap that payload or headwind does not account for")
     assert "no effect of the library" in verdict_of({"status": "unexplained"})
+
+
+CLOSED = {"status": "unexplained", "asserted": (), "moved": {"tyres.radius_m": 3.0}}
+
+
+@pytest.mark.parametrize(
+    ("changed", "taken_up"),
+    [
+        ({}, True),
+        ({"moved": {}}, False),
+        ({"left": SimpleNamespace(is_real=True)}, False),
+        ({"status": "no_gap"}, False),
+        ({"after": 9.0}, False),
+        ({"after": None, "before": None}, False),
+        ({"explained": 0.5}, False),
+    ],
+)
+def test_what_stated_figures_take_up_is_a_gap_that_they_close(changed, taken_up):
+    proof = {"before": 25.0, "after": 0.3, "explained": 0.99}
+    for key in proof.keys() & changed.keys():
+        proof[key] = changed[key]
+    shrink = SimpleNamespace(explained=proof.pop("explained"))
+    stub = CLOSED | {"left": SimpleNamespace(is_real=False)} | changed
+    stub["proof"] = SimpleNamespace(shrink=shrink, **proof)
+    assert Diagnosis.taken_up.fget(SimpleNamespace(**stub)) is taken_up
+
+
+def test_no_effect_is_said_to_be_missing_where_stated_figures_close_the_gap():
+    shrink = {"energy_gap_percent_before": 25.5, "energy_gap_percent_after": 0.17,
+              "held_out": True}  # fmt: skip
+    told = verdict_of(
+        {
+            "status": "unexplained",
+            "taken_up": True,
+            "shrink": shrink,
+            "moved": {"effects.regeneration_limit.max_torque_nm": -3.1},
+        }
+    )
+    assert told.startswith("A real gap, and no effect is needed: stated figures take")
+    assert "misses 25.5 %, and misses 0.17 % once it is mended" in told
+    assert told.endswith("3.1 sds off what is stated: measure it again, or state a "
+                         "larger sd.")  # fmt: skip
 
 
 def test_what_moved_far_is_doubtful_and_farther_another_vehicle_s():

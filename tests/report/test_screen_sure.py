@@ -14,6 +14,8 @@ def found(probabilities=(), shrink=(0.9, 0.8, 1.0)):
     return SimpleNamespace(
         gaps=[SimpleNamespace(energy=energy, channels=())],
         status="explained",
+        taken_up=False,
+        moved={},
         asked=(),
         asserted=[SimpleNamespace(probability=p) for p in probabilities],
         proof=SimpleNamespace(
