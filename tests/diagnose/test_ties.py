@@ -12,6 +12,7 @@ from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.knobs import Knob, nuisance_knobs
 from rcc_sim.diagnose.fitting.without import without
+from rcc_sim.diagnose.judge import ties
 from rcc_sim.diagnose.judge.ties import (
     Rival,
     apart,
@@ -102,6 +103,28 @@ def test_a_cause_in_the_wrong_place_gives_way_to_the_one_that_does_better(rollin
     assert now.causes[0].effect in DRAG[:2]
     assert set(now.causes[0].tied) == set(DRAG[:2]) - {now.causes[0].effect}
     assert now.fit.score > wrong.score
+
+
+@pytest.mark.parametrize(
+    ("where", "behind", "stays"),
+    [([1.0, 0.0], 5.0, True), ([0.0, 1.0], 5.0, False), ([0.0, 1.0], -9.0, True)],
+)
+def test_what_gains_as_much_elsewhere_is_no_tie(
+    monkeypatch, rolling, where, behind, stays
+):
+    """A steering late by half a row was tied with a payload."""
+    engine, fit, able = rolling
+    other = next(c for c in able if c.effect == "auxiliary_load")
+    key = other.searches[0].key
+    rival = Rival(Screened(other, 5.0, {key: 1.0}), fit, behind, 9.0, 1.0)
+    monkeypatch.setattr(ties, "rivals_of", lambda *_: [rival])
+    shares = {KEY: [1.0, 0.0], key: where}
+    monkeypatch.setattr(
+        ties, "shares_of", lambda engine, fit, keys, noise: np.array(shares[keys[0]])
+    )
+    cause = Cause(KEY.split(".")[1], (KEY,), 50.0)
+    found = ties.in_place(engine, fit, cause, [cause], able)
+    assert [r.effect for r in found] == ["auxiliary_load"] * stays
 
 
 def test_a_fit_is_not_told_apart_from_itself(rolling):

@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 from rcc_sim.definitions.figure import Z_90
 from rcc_sim.diagnose.causes.candidates import Candidate
 from rcc_sim.diagnose.causes.cause import TIED, Cause
+from rcc_sim.diagnose.causes.profile import overlap
 from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import MEMORY, Engine
 from rcc_sim.diagnose.fitting.fit import FIRM, Fit, of_unit_diagonal
@@ -38,6 +39,7 @@ from rcc_sim.diagnose.noise.whitener import CURVATURE, weights
 from rcc_sim.diagnose.search.pursue import with_effect
 from rcc_sim.diagnose.search.refine import LESS_LIKELY
 from rcc_sim.diagnose.search.screen import Screen, Screened
+from rcc_sim.diagnose.search.winner import shares_of
 
 Array = NDArray[np.float64]
 
@@ -48,6 +50,11 @@ other causes are known it may gain more."""
 ALIKE = 0.6
 """Share of a cause's nats that another must gain at its best strength to be fitted; and
 along the signals found there, to be followed any farther."""
+
+ELSEWHERE = 0.2
+"""Overlap of what two effects change, channel by channel, below which the one
+does not do what the other does. A steering that is late by half a row and a payload had
+0.06; an offset of an accelerometer and a slope, of a car whose loop feels it, 0.45."""
 
 CHANGES = 3
 """Times that a cause may give way."""
@@ -89,11 +96,15 @@ class Rival:
         """Its id."""
         return self.screened.candidate.effect
 
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Its figures."""
+        return tuple(self.screened.values)
+
     def in_place_of(self, cause: Cause) -> Cause:
         """Return it as the cause, by what it would then gain."""
-        keys = tuple(self.screened.values)
         gain = cause.gain - self.behind
-        return replace(cause, effect=self.effect, keys=keys, gain=gain)
+        return replace(cause, effect=self.effect, keys=self.keys, gain=gain)
 
     @property
     def is_tied(self) -> bool:
@@ -168,13 +179,24 @@ def in_place(
     causes: Sequence[Cause],
     candidates: Sequence[Candidate],
 ) -> list[Rival]:
-    """Return what could stand in a cause's place, nearest first, and at what price."""
+    """Return what could stand in a cause's place, nearest first, and at what price.
+
+    What shows elsewhere may gain as much of its own; it takes the place only if it does
+    better.
+    """
     mine = next(c for c in candidates if c.effect == cause.effect)
     paid = mine.price(fit.values, cause.keys)
     close = near(cause, causes, candidates)
     least = ALIKE * cause.screened.get(cause.effect, inf)
     alike = {c.effect for c in close if cause.screened.get(c.effect, 0.0) > least}
+    own = shares_of(engine, fit, cause.keys, fit.noise)
+
+    def stands_in(r: Rival) -> bool:
+        its = shares_of(engine, r.fit, r.keys, fit.noise)
+        return r.behind < -TIED or overlap(own, its) > ELSEWHERE
+
     rivals = rivals_of(engine, fit, cause.keys, close, alike)
+    rivals = [r for r in rivals if stands_in(r)]
     prices = [
         r.screened.candidate.price(r.fit.values, r.screened.values) for r in rivals
     ]
