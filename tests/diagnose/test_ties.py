@@ -116,7 +116,8 @@ def test_what_gains_as_much_elsewhere_is_no_tie(
     engine, fit, able = rolling
     other = next(c for c in able if c.effect == "auxiliary_load")
     key = other.searches[0].key
-    rival = Rival(Screened(other, 5.0, {key: 1.0}), fit, behind, 9.0, 1.0)
+    there = replace(fit, values=fit.values | {key: 1.0})
+    rival = Rival(Screened(other, 5.0, {key: 1.0}), there, behind, 9.0, 1.0)
     monkeypatch.setattr(ties, "rivals_of", lambda *_: [rival])
     shares = {KEY: [1.0, 0.0], key: where}
     monkeypatch.setattr(
