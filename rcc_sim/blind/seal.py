@@ -70,7 +70,8 @@ def opened(out: Path, labels: Path) -> dict[str, Any]:
     try:
         data = labels.read_bytes()
     except OSError as error:
-        raise InputError(f"{labels}: {error.strerror}") from None
+        hint = "the labels that `rccsim blind make` wrote, where --labels said"
+        raise InputError(f"{labels}: {error.strerror}", hint) from None
     digest = hashlib.sha256(data).hexdigest()
     if digest != seal["sha256"]:
         raise CheckFailed(

@@ -25,6 +25,7 @@ UNITLESS = ("throttle", "slope", "steering", "duty_cycle", "direction", "on_stan
 """Own columns that carry no unit."""
 
 NO_UNIT = "its name has no unit, so it is none of rccsim's columns"
+NONE_OURS = "beside the time it holds none of rccsim's columns"
 MAPPED = "compared with nothing; --map says what a column is"
 
 WRITTEN = {
@@ -80,6 +81,8 @@ def read(source: Source, columns: ColumnMap | None = None) -> Log:
             report.flaws.append(Flaw("unknown", name, NO_UNIT, MAPPED))
         report.mapped.append(Mapped(ours, name, factor))
         found[ours] = factor * np.asarray(read[name], dtype=float)
+    if not any(is_named_so(name) for name in found.keys() - {"time_s", "time_ms"}):
+        report.flaws.append(Flaw("nothing_known", "", NONE_OURS, MAPPED, severe=True))
     return finished(source.name, found, NAME, report)
 
 

@@ -282,7 +282,7 @@ def _each(found: Diagnosis, a: Asserted) -> Iterator[str]:
 
 def _ends(x: Estimate) -> str:
     """Return between what a figure varies, if it does."""
-    if x.least is None or x.most is None:
+    if x.least is None or x.most is None or x.least == x.most:
         return ""
     ends = f"{figures(x.least, 3)} to {figures(x.most, 3)}"
     return f"varies over the drive, {ends} (--profiles), mean "

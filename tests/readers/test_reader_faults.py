@@ -79,6 +79,16 @@ def test_a_last_row_that_is_cut_short_is_left_out_and_said(tmp_path):
     assert "row (3)" in log.flaws[0].what
 
 
+@pytest.mark.parametrize(
+    ("column", "kinds"),
+    [("foo", ["unknown", "nothing_known"]), ("speed_kmh", [])],
+)
+def test_a_log_of_which_nothing_is_known_says_so(tmp_path, column, kinds):
+    rows = "\n".join(f"{0.1 * k},{k}" for k in range(20))
+    flaws = read_log(text(tmp_path, f"time_s,{column}\n{rows}\n")).flaws
+    assert [flaw.kind for flaw in flaws] == kinds
+
+
 def test_a_file_that_is_not_there_or_a_plain_folder_is_refused(tmp_path):
     refused(tmp_path / "none.csv", "No such file")
     refused(tmp_path, "not a log")
