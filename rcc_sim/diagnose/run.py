@@ -26,6 +26,7 @@ from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.fitting.pulls import moved, moved_together
 from rcc_sim.diagnose.fitting.tips import no_surer
 from rcc_sim.diagnose.judge.apart_from_nil import apart_from_nil
+from rcc_sim.diagnose.judge.direct import felt_otherwise
 from rcc_sim.diagnose.judge.misread import findings_of
 from rcc_sim.diagnose.judge.restless import is_doubtful, restless
 from rcc_sim.diagnose.judge.stands import what_stands
@@ -134,7 +135,8 @@ def diagnose(
     loose = restless(acting, stands.fit, found.null)
     said = partial(findings_of, acting, stands.fit, wanders, causes, loose)
     gaps = tuple(replace(g, findings=g.findings + said(i)) for i, g in enumerate(gaps))
-    kinds = {f.kind for g in gaps for f in g.findings}
+    told_of = [f for g in gaps for f in g.findings]
+    kinds = {f.kind for f in told_of}
     fit = no_surer(acting, stands.fit, {k for c in causes for k in c.keys})
     farthest = farthest_moved(fit, stated, gaps)
     # what was found beside a stronger cause that ends is no surer than that
@@ -144,7 +146,10 @@ def diagnose(
             c,
             left,
             farthest,
-            doubtful=end or kept.unproven or is_doubtful(c, loose),
+            doubtful=end
+            or kept.unproven
+            or is_doubtful(c, loose)
+            or felt_otherwise(c, told_of),
             spared=left_by_stronger(c, causes),
         )
         for c, end in zip(causes, early, strict=True)

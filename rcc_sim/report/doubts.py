@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from rcc_sim.analyse.gap_energy import COVERAGE
 from rcc_sim.diagnose.diagnosis import Diagnosis
+from rcc_sim.diagnose.judge.direct import felt_otherwise
 from rcc_sim.diagnose.judge.verdict import Asserted, of_another
 from rcc_sim.report.text import figures, listed, rounded, short
 from rcc_sim.report.verdict import OTHER, doubt_of, hangs_together, too_many
@@ -60,7 +61,8 @@ def doubts(found: Diagnosis) -> Iterator[tuple[str, str]]:
     for a in filter(differs, found.asserted):
         yield "DOUBT", f"{a.cause.effect} {OF_ITS_OWN}"
     for a in filter(is_a_drag_as_well, found.asserted):
-        yield "DOUBT", AS_A_DRAG[a.cause.effect]
+        if not felt_otherwise(a.cause, found.gap.findings):
+            yield "DOUBT", AS_A_DRAG[a.cause.effect]
     other = of_another(found.gap.findings)
     many = too_many({a.cause.effect: a.parameters for a in found.asserted})
     if other:

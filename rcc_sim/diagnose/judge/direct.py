@@ -9,11 +9,15 @@ a slope that is off for a minute, to a noise that remembers: it is told as a dou
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.analyse.heading import TURN_RATE
 from rcc_sim.analyse.logcheck.finding import Finding
+from rcc_sim.diagnose.causes.cause import Cause
+from rcc_sim.diagnose.causes.strengths import CLIMBS
 from rcc_sim.diagnose.fitting.engine import ALIKE, GIVEN, Engine
 from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.residuals.problem import Problem
@@ -23,6 +27,8 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 FELT = "accel_x_mps2"
+
+DISAGREES = "disagrees"
 
 CLEAR = 6.0
 """Standard errors of a mean from which on it is told."""
@@ -64,6 +70,12 @@ def disagreeing(engine: Engine, fit: Fit, log: int = 0) -> tuple[Finding, ...]:
     return tuple(one for one in found if one)
 
 
+def felt_otherwise(cause: Cause, findings: Iterable[Finding]) -> bool:
+    """Tell whether a cause is a hill, and the accelerometer felt another."""
+    hill = bool(cause.profiles) and any(key in CLIMBS for key in cause.keys)
+    return hill and any((f.kind, f.channel) == (DISAGREES, FELT) for f in findings)
+
+
 def at_rest(
     problem: Problem, channel: str, left: Array, valid: Mask, rest: Mask
 ) -> Finding | None:
@@ -78,7 +90,7 @@ def at_rest(
     unit = channel.rpartition("_")[2].upper()
     more = "more" if mean > 0 else "less"
     return Finding(
-        "disagrees",
+        DISAGREES,
         channel,
         f"is {abs(mean):.3g} {unit} {more} at rest ({rest.sum()} rows) than in the "
         "mended model",
@@ -105,19 +117,26 @@ def slopes(problem: Problem, left: Array, valid: Mask, rest: Mask) -> Finding | 
     """Tell where the accelerometer felt another slope than the mended model climbs."""
     time, moves = problem.log["time_s"], valid & ~rest
     usual = float(np.median(left[moves])) if moves.any() else 0.0
-    worst, begins = 0.0, 0.0
-    for start in np.arange(time[0], time[-1] - STRETCH, 0.5 * STRETCH):
+    starts = np.arange(time[0], time[-1] - STRETCH, 0.5 * STRETCH)
+    off = np.zeros(len(starts))
+    for i, start in enumerate(starts):
         there = moves & (time >= start) & (time < start + STRETCH)
         if there.sum() * problem.row < 0.5 * STRETCH:
             continue
         mean, error = _mean(left[there] - usual, problem.row)
-        if abs(mean) > max(CLEAR * error, TILTED * G, abs(worst)):
-            worst, begins = mean, float(start)
-    if not worst:
+        if abs(mean) > max(CLEAR * error, TILTED * G):
+            off[i] = mean
+    if not off.any():
         return None
-    ends = begins + STRETCH
+    first = last = int(np.argmax(np.abs(off)))
+    while first > 0 and off[first - 1] * off[first] > 0:
+        first -= 1
+    while last < len(off) - 1 and off[last + 1] * off[last] > 0:
+        last += 1
+    worst = float(off[first : last + 1].mean())
+    begins, ends = float(starts[first]), float(starts[last] + STRETCH)
     return Finding(
-        "disagrees",
+        DISAGREES,
         FELT,
         f"felt a slope {100 * worst / G:+.2g} % off the mended model's from "
         f"{begins:.0f} to {ends:.0f} s",
