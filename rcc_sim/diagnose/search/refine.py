@@ -29,8 +29,9 @@ Array = NDArray[np.float64]
 HOPELESS = 0.3
 """Share of what is needed below which no screened gain is worth refining."""
 
-LESS_LIKELY = {"iron_loss": 4.0}
-"""Nats that an effect starts behind: one of two figures that do as another effect."""
+LESS_LIKELY = {"iron_loss": 4.0, "throttle_gain": 4.0}
+"""Nats that an effect starts behind: one of two figures that do as another effect, or
+one that does, where a throttle hardly changes, what its dead zone does."""
 
 AWAY = 2.5
 """Those beyond which one may stand for a part of a cause, and another for the rest."""

@@ -19,7 +19,7 @@ EFFECT = Effect(
             "gain",
             neutral=1.0,
             bounds=(0.1, 10.0),
-            typical=(0.5, 2.0),
+            typical=(0.85, 2.0),
             about="drive force over the map's, at the same throttle and speed",
         ),
     ),
