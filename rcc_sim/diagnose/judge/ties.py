@@ -52,9 +52,9 @@ ALIKE = 0.6
 along the signals found there, to be followed any farther."""
 
 ELSEWHERE = 0.2
-"""Overlap of what two effects change, channel by channel, below which the one
-does not do what the other does. A steering that is late by half a row and a payload had
-0.06; an offset of an accelerometer and a slope, of a car whose loop feels it, 0.45."""
+"""Overlap of what two effects change, channel by channel, below which the one does not
+do what the other does. A steering that is late by half a row and a payload had 0.06; an
+offset of an accelerometer and a slope, of a car whose loop feels it, 0.45."""
 
 CHANGES = 3
 """Times that a cause may give way."""

@@ -174,12 +174,12 @@ class Whitener:
     def through(self, e: Array, windows: csc_array) -> Strips:
         """Return a signal (n,) in each of some windows (n, k), whitened likewise.
 
-        A window's rows and those that remember them are all that is worked out: some
-        rows after it, and of all later stops what its own last left there.
+        A window's rows, which are in order, and those that remember them are all that
+        is worked out: some rows after it, and of all later stops what its own last left
+        there.
         """
         if self.drift is not None:
             return Strips.of(self(e[:, None] * windows.toarray()))
-        windows.sort_indices()
         n, k, stops = len(e), windows.shape[1], self._stops
         starts, at = windows.indptr, np.append(windows.indices, 0)
         held = np.diff(starts) > 0
