@@ -161,7 +161,7 @@ def gap(
         for name, e in compared.items()
     }
     gaps, when = _parted(log, simulated, compared, noises, moved, memory)
-    del compared, noises  # a long log's are large
+    del compared  # a long log's is large
     energy, measured, weights, moved = energy_gap(
         log, vehicle, drive, simulated, moved=moved
     )

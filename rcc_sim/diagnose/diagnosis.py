@@ -205,11 +205,11 @@ class Diagnosis:
         Their sds allow it to the fit; to the energy all of them together do not.
         """
         before, after = self.proof.before, self.proof.after
-        known = before is not None and bool(self.moved)
-        closed = self.proof.shrink.explained >= 1 - SHRUNK
-        closed &= not stays_off(before, after, doubtless=True)
-        real = self.left.is_real or self.status != "unexplained" or self.asserted
-        return known and closed and not real
+        if self.status != "unexplained" or self.left.is_real or before is None:
+            return False
+        closed = not stays_off(before, after, doubtless=True)
+        closed &= self.proof.shrink.explained >= 1 - SHRUNK
+        return closed and bool(self.moved)
 
     @cached_property
     def prices(self) -> Prices | None:

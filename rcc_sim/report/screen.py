@@ -39,6 +39,7 @@ from rcc_sim.report.verdict import (
     TAKEN_UP,
     is_at_bound,
     judged,
+    off_by,
     these,
 )
 
@@ -211,7 +212,7 @@ def _verdict(found: Diagnosis) -> str:
         told += ", and nothing else was asked for"
     key, sds = next(iter(found.moved.items()), ("", 0.0))
     if found.status == "no_gap" and abs(sds) >= DOUBTFUL:
-        told += f", with {key} {figures(abs(sds), 2)} sds off what is stated"
+        told += f", with {key} {off_by(sds)}"
     if found.status == "no_gap" and False in energies:
         told = told.replace("no gap", "no cause: no gap row by row") + f"; {RARE}"
     elif found.status != "no_gap" and all(energies):

@@ -137,12 +137,17 @@ def doubt_of(
     alone = abs(sds) > ANOTHER_VEHICLE or together <= TOLERATED
     if (abs(sds) if alone else far) < DOUBTFUL:
         return ""
-    what = f"{key} is {figures(abs(sds), 2)} sds off what is stated: " if named else ""
+    what = f"{key} is {off_by(sds)}: " if named else ""
     if not alone:
         what = "the stated figures moved " if named else ""
         what += f"together as unlikely as one figure {figures(far, 2)} sds off: "
     again = "measure it again, or state a larger sd"
     return what + (OTHER if far > ANOTHER_VEHICLE else again)
+
+
+def off_by(sds: float) -> str:
+    """Return by how much a figure is off what a file states."""
+    return f"{figures(abs(sds), 2)} sds off what is stated"
 
 
 def hangs_together(diagnosis: Mapping[str, Any]) -> str:

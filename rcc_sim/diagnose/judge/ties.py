@@ -189,22 +189,22 @@ def in_place(
     close = near(cause, causes, candidates)
     least = ALIKE * cause.screened.get(cause.effect, inf)
     alike = {c.effect for c in close if cause.screened.get(c.effect, 0.0) > least}
-    own = shares_of(engine, fit, cause.keys, fit.noise)
-
-    def stands_in(r: Rival) -> bool:
-        its = shares_of(engine, r.fit, r.keys, fit.noise)
-        return r.behind < -TIED or overlap(own, its) > ELSEWHERE
-
     rivals = rivals_of(engine, fit, cause.keys, close, alike)
-    rivals = [r for r in rivals if stands_in(r)]
-    prices = [
-        r.screened.candidate.price(r.fit.values, r.screened.values) for r in rivals
-    ]
+    prices = [r.screened.candidate.price(r.fit.values, r.keys) for r in rivals]
     found = [
         replace(r, behind=r.behind + price - paid)
         for r, price in zip(rivals, prices, strict=True)
     ]
+    if found:
+        own = shares_of(engine, fit, cause.keys, fit.noise)
+        found = [r for r in found if r.behind < -TIED or not elsewhere(engine, r, own)]
     return sorted(found, key=lambda r: r.behind)
+
+
+def elsewhere(engine: Engine, rival: Rival, shares: Array) -> bool:
+    """Tell whether a rival acts in other channels than those that have the shares."""
+    its = shares_of(engine, rival.fit, rival.keys, rival.fit.noise)
+    return overlap(shares, its) <= ELSEWHERE
 
 
 def better(cause: Cause, rivals: Sequence[Rival]) -> Rival | None:

@@ -87,7 +87,7 @@ def compete(
         taken = now.take_in(look)
         if not taken:
             break
-        if taken is CONSTANT and other:
+        if taken == CONSTANT and other:
             if is_likelier(other(now.engine), now.fit):
                 return compete(other(base), candidates, told)
             other = None

@@ -94,8 +94,7 @@ class Taken:
 
     def looked(self) -> Look:
         """Return what candidates gain, the fit as far down as was seen."""
-        known = self.candidates, self.causes, self.told
-        look = looked(self.engine, self.fit, *known)
+        look = looked(self.engine, self.fit, self.candidates, self.causes, self.told)
         self.fit = look.fit
         return look
 
