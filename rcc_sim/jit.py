@@ -21,6 +21,9 @@ from typing import Any, TypeVar
 F = TypeVar("F", bound=Callable[..., Any])
 
 
+KERNELS = ("physics/**/*.py", "blind/plant*.py", "units.py", "jit.py")
+"""Files of the package that kernel code, and the constants that it reads, stand in."""
+
 THREADS = 2
 """Threads of a process that run kernels side by side, unless the user says less."""
 
@@ -63,13 +66,13 @@ def compiled(
 
     An ``inner`` one is called by other twins alone: without what lets Python call it
     it takes two thirds of the time to compile. The twin is cached on disk below
-    :func:`cache_folder`, whose name follows the source of the whole package: an edit
-    anywhere is a new cache, because numba's own check looks at the file of the called
-    function alone. Where that folder cannot be written, it compiles anew.
+    :func:`cache_folder`, whose name follows :data:`KERNELS`: an edit of any of them is
+    a new cache, because numba's own check looks at the file of the called function
+    alone. Where that folder cannot be written, it compiles anew.
     """
     numba = _numba()
     assert isinstance(function, FunctionType)
-    twin = _twin(function, Twins(_used(function)))
+    twin = _twin(function, Twins(used(function)))
     folder = getattr(function, "__cache_folder__", cache_folder())
     # the two ways have the same name there
     numba.config.CACHE_DIR = str(folder / "inner" if inner else folder)
@@ -122,7 +125,7 @@ def bound(
                 value,
                 {
                     name: names[name] if name in names else copied(inner)
-                    for name, inner in _used(value).items()
+                    for name, inner in used(value).items()
                 },
             )
             twin.__kernel__ = True
@@ -140,23 +143,23 @@ class Twins(dict[str, Any]):
     found on disk.
     """
 
-    def __init__(self, used: Mapping[str, Any]) -> None:
-        kernels = {k for k, value in used.items() if hasattr(value, "__kernel__")}
-        super().__init__({k: v for k, v in used.items() if k not in kernels})
-        self._kernels = {k: used[k] for k in kernels}
+    def __init__(self, names: Mapping[str, Any]) -> None:
+        kernels = {k for k, value in names.items() if hasattr(value, "__kernel__")}
+        super().__init__({k: v for k, v in names.items() if k not in kernels})
+        self._kernels = {k: names[k] for k in kernels}
 
     def __missing__(self, name: str) -> Any:
         self[name] = twin = compiled(self._kernels[name], inner=True)
         return twin
 
 
-def _twin(function: Any, used: dict[str, Any]) -> Any:
+def _twin(function: Any, names: dict[str, Any]) -> Any:
     """Return a function of the same code that reads other globals."""
-    used["__builtins__"] = __builtins__
-    used["__name__"] = function.__module__
+    names["__builtins__"] = __builtins__
+    names["__name__"] = function.__module__
     twin = FunctionType(
         function.__code__,
-        used,
+        names,
         function.__name__,
         function.__defaults__,
     )
@@ -165,8 +168,11 @@ def _twin(function: Any, used: dict[str, Any]) -> Any:
     return twin
 
 
-def _used(function: Any) -> dict[str, Any]:
-    """Return the globals that a function reads (co_names holds attributes too)."""
+def used(function: Any) -> dict[str, Any]:
+    """Return the globals that a function reads, whose values its machine code holds.
+
+    (co_names holds attributes too.)
+    """
     names = {
         step.argval
         for step in dis.get_instructions(function)
@@ -201,11 +207,10 @@ def _can_cache() -> bool:
 
 @functools.cache
 def source_digest() -> str:
-    """Return a digest of the package's kernel source: physics/ and the blind plant."""
+    """Return a digest of the package's kernel source, :data:`KERNELS`."""
     package = Path(__file__).parent
     digest = hashlib.blake2b(digest_size=8)
-    kernels = [*package.glob("physics/**/*.py"), *package.glob("blind/plant*.py")]
-    for path in sorted([*kernels, Path(__file__)]):
+    for path in sorted(path for kind in KERNELS for path in package.glob(kind)):
         digest.update(path.relative_to(package).as_posix().encode())
         digest.update(path.read_bytes())
     return digest.hexdigest()

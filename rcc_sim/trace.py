@@ -155,6 +155,8 @@ def read_trace(
     except UnicodeDecodeError:
         hint = "a log of another make: `rccsim convert LOG > log.csv`"
         raise InputError(f"{name}: its header is no text in UTF-8", hint) from None
+    if doubles := [column for column in names if names.count(column) > 1]:
+        raise InputError(f"{name}: the column {doubles[0]} is there twice")
     for column in names:
         values = table.column(column)
         try:

@@ -1,10 +1,15 @@
 """Kernels compile once, and run where nothing can be written."""
 
+import ast
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
+
+import rcc_sim
+from rcc_sim.jit import KERNELS
 
 RUN = """
 import sys
@@ -30,6 +35,19 @@ def energy(cache):
     )
     assert done.returncode == 0, done.stderr
     return done.stdout.split()
+
+
+def test_all_that_kernels_are_made_of_names_their_cache():
+    package = Path(rcc_sim.__file__).parent
+    known = {path for kind in KERNELS for path in package.glob(kind)}
+    for path in known:
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            module = getattr(node, "module", None) or ""
+            if isinstance(node, ast.ImportFrom) and module.startswith("rcc_sim"):
+                file = package.parent / f"{module.replace('.', '/')}.py"
+                assert file in known or file.stem == "errors" or not file.exists(), (
+                    f"{path.name} reads {module}"
+                )
 
 
 @pytest.mark.slow

@@ -124,7 +124,7 @@ def cumulative_energy(trace: Trace) -> Array:
     """
     if "battery_energy_j" in trace:
         inside = trace.columns.get("energy_battery_resistance_j")
-        cells = trace["battery_energy_j"]
+        cells = _without_gaps(trace, trace["battery_energy_j"], "battery_energy_j")
         return cells if inside is None else cells - inside
     if "battery_power_w" in trace:
         power = trace["battery_power_w"]
@@ -152,12 +152,14 @@ def cumulative_distance(trace: Trace) -> Array:
 
 
 def _without_gaps(trace: Trace, values: Array, what: str) -> Array:
-    """Return a column that has no gaps; raise if it has."""
-    if np.isnan(values).any():
-        row = int(np.isnan(values).argmax()) + 1
-        count = int(np.isnan(values).sum())
+    """Return a column that has no gaps, and no infinity; raise if it has."""
+    bad = ~np.isfinite(values)
+    if bad.any():
+        row, count = int(bad.argmax()), int(bad.sum())
+        found = "missing" if np.isnan(values[row]) else f"{values[row]:g}"
         raise InputError(
-            f"{trace.name}: {what}, row {row}: missing ({count} of {len(values)} rows)",
+            f"{trace.name}: {what}, row {row + 1}: {found} ({count} of {len(values)} "
+            "rows)",
             "an energy over a gap would be a guess; fill or cut the rows first",
         )
     return values

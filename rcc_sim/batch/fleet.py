@@ -101,8 +101,9 @@ class Fleet:
             "options": {key: str(value) for key, value in self.options.items()},
         }
         files = [[e.log, e.vehicle, dict(e.labels), *_stamp(e.log)] for e in self.logs]
-        tables = [_tables(name) for name in self.models]
-        words = json.dumps([about, files, tables], sort_keys=True, default=str)
+        models = [_stated(name) for name in self.models]
+        read = _contents(Path(self.options.get("map") or ""))
+        words = json.dumps([about, files, models, read], sort_keys=True, default=str)
         digest = hashlib.blake2b(words.encode(), digest_size=16).hexdigest()
         count = len(self.logs)
         part = min(max(count // LEAST_PARTS, 1), TOGETHER.get(self.command, 1))
@@ -175,9 +176,20 @@ def _stamp(log: str) -> list[Any]:
     return [about.st_size, about.st_mtime_ns]
 
 
-def _tables(name: str) -> dict[str, Any]:
-    """Return all that a model's file and those that it extends state."""
-    from rcc_sim.definitions import library
-    from rcc_sim.definitions.vehicle_file import resolved
+def _stated(name: str) -> list[Any]:
+    """Return all that a model's file and those that it extends state.
 
-    return resolved(library.find("vehicles", name, (".toml",))[0])
+    With what stands in the files that these name: own effects, maps, roads.
+    """
+    from rcc_sim.definitions.vehicle import load_vehicle
+
+    car = load_vehicle(name)
+    own = [effect.digest for effect in car.own.values()]
+    return [car.raw, own, *map(_contents, car.named_files)]
+
+
+def _contents(path: Path) -> str | None:
+    """Return a digest of a file; None where there is none of that name."""
+    if not path.is_file():
+        return None
+    return hashlib.blake2b(path.read_bytes(), digest_size=16).hexdigest()

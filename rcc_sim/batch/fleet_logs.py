@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TextIO
 
+from rcc_sim.batch.store import is_rows
 from rcc_sim.errors import InputError
 
 SUFFIXES = (
@@ -57,6 +58,8 @@ def is_many(name: str) -> bool:
 def logs_of(names: Iterable[str]) -> tuple[str, ...]:
     """Return the logs that paths, folders and patterns name, sorted, each once.
 
+    What a batch wrote into a folder is none of its logs.
+
     Raises
     ------
     InputError
@@ -66,10 +69,11 @@ def logs_of(names: Iterable[str]) -> tuple[str, ...]:
     for name in names:
         path = Path(name).expanduser()
         if path.is_dir() and not (path / BAG).is_file():
-            here = _in_folder(path)
+            here = [p for p in _in_folder(path) if not is_rows(p)]
         elif is_many(name):
             root = Path(path.anchor) if path.is_absolute() else Path()
-            here = list(root.glob(str(path.relative_to(path.anchor))))
+            every = root.glob(str(path.relative_to(path.anchor)))
+            here = [p for p in every if not is_rows(p)]
         else:
             here = [path]
         if not here:

@@ -40,6 +40,7 @@ AXLES = ("body.cg_to_front_axle_m", "body.cg_to_rear_axle_m")
 STIFFNESS = "tyres.front_cornering_stiffness_n_per_rad"
 FLUX = "motor.flux_linkage_wb"
 RATE = "controller.loop_rate_hz"
+TORQUES = ("motor.max_torque_nm", "controller.max_torque_nm")
 SPEEDS = ("motor.max_speed_radps", "controller.max_electrical_speed_radps")
 
 TOGETHER = (
@@ -59,6 +60,11 @@ class Formula:
 
     keys: tuple[str, ...]
     of: Callable[[Column, Vehicle], Any]
+
+
+def _largest_torque(get: Column, vehicle: Vehicle) -> Any:
+    shaft, asked = (get(key) for key in TORQUES)
+    return np.minimum(inf if shaft is None else shaft, inf if asked is None else asked)
 
 
 def _top_speed(get: Column, vehicle: Vehicle) -> Any:
@@ -87,6 +93,7 @@ FORMULAS: dict[Place, Formula] = {
     ("motor", "psi"): Formula(
         (FLUX,), lambda get, car: (car.motor.poles or 0) / 2 * get(FLUX)
     ),
+    ("motor", "tau_max"): Formula(TORQUES, _largest_torque),
     ("motor", "omega_max"): Formula(SPEEDS, _top_speed),
     ("control", "T_loop"): Formula((RATE,), lambda get, car: 1.0 / get(RATE)),
     ("control", "T_driver"): Formula(

@@ -283,6 +283,15 @@ def _stated(path: Path) -> bytes:
         return b""
 
 
+def is_rows(path: Path) -> bool:
+    """Tell whether a file holds rows of a batch: its one file, a part, or its CSV."""
+    if (path.parent / MANIFEST).is_file():
+        return True
+    if (path.with_name(f"{path.name}.parts") / MANIFEST).is_file():
+        return True
+    return path.suffix == ".parquet" and bool(_stated(path))
+
+
 def _difference(text: bytes, manifest: Manifest) -> str:
     """Say in what a manifest differs from the one that is there."""
     try:
@@ -316,18 +325,28 @@ def _locked(path: Path, output: Path) -> Iterator[None]:
         return
     import fcntl
 
-    with path.open("w") as file:
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            raise InputError(
-                f"{output}: another rccsim is at work on it", "let it end, or end it"
-            ) from None
-        try:
-            yield
-        finally:
-            with contextlib.suppress(OSError):
-                path.unlink()
+    while True:
+        with path.open("w") as file:
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                raise InputError(
+                    f"{output}: another rccsim is at work on it",
+                    "let it end, or end it",
+                ) from None
+            if not _is_there(file, path):
+                continue  # the process before took it away as it was opened here
+            try:
+                yield
+            finally:
+                with contextlib.suppress(OSError):
+                    path.unlink()
+            return
+
+
+def _is_there(file: IO[str], path: Path) -> bool:
+    """Tell whether an open file is still the one of that name."""
+    return path.exists() and os.path.samestat(os.fstat(file.fileno()), path.stat())
 
 
 @contextlib.contextmanager

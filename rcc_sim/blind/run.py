@@ -15,6 +15,7 @@ from typing import Any
 
 from rcc_sim.blind.seal import read_seal
 from rcc_sim.errors import InputError
+from rcc_sim.files import atomic
 
 RESULTS = "results"
 SEEN, AGAIN = ("vehicle.toml", "log.csv.gz"), "repeat*.csv.gz"
@@ -127,10 +128,8 @@ def _one(out: Path, name: str, command: Command) -> dict[str, Any]:
         for file, suffix in ((FIXED, ".toml"), (PROFILES, ".profiles.csv")):
             if (folder / file).exists():
                 shutil.copyfile(folder / file, out / RESULTS / f"{name}{suffix}")
-    path = out / RESULTS / f"{name}.json"
-    part = path.with_suffix(".part")
-    part.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
-    part.replace(path)
+    with atomic(out / RESULTS / f"{name}.json") as answer:
+        answer.write(json.dumps(result, indent=1) + "\n")
     diagnosis = result.get("diagnosis", {})
     status, causes = diagnosis.get("status", "failed"), diagnosis.get("causes", [])
     return _line(name, status, causes, result["seconds"], result["error"])
@@ -172,7 +171,7 @@ def read_results(out: Path) -> dict[str, dict[str, Any]]:
         If one of them cannot be read.
     """
     found = {}
-    for path in sorted((out / RESULTS).glob("*.json")):
+    for path in sorted((out / RESULTS).glob("[!.]*.json")):
         try:
             found[path.stem] = json.loads(path.read_text(encoding="utf-8"))
         except ValueError as error:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from rcc_sim.errors import CheckFailed, InputError
+from rcc_sim.files import atomic
 
 SEAL = "seal.json"
 
@@ -29,11 +30,13 @@ def write_seal(out: Path, labels: Path, truth: dict[str, Any]) -> Seal:
     the seed, from which all could be drawn again, nor kinds.
     """
     text = json.dumps(truth, indent=1, sort_keys=True) + "\n"
-    labels.write_text(text, encoding="utf-8")
+    with atomic(labels) as file:
+        file.write(text)
     digest = hashlib.sha256(text.encode()).hexdigest()
     names = sorted(truth["cases"])
     seal = {"schema": truth["schema"], "sha256": digest, "cases": names}
-    (out / SEAL).write_text(json.dumps(seal, indent=1) + "\n", encoding="utf-8")
+    with atomic(out / SEAL) as file:
+        file.write(json.dumps(seal, indent=1) + "\n")
     return Seal(names, labels, digest)
 
 

@@ -16,6 +16,7 @@ import typer
 from typer.core import TyperGroup
 from typer.main import get_command, get_group
 
+from rcc_sim.cli.keep import guarded
 from rcc_sim.cli.output import say, say_error
 from rcc_sim.errors import InputError, RccError
 
@@ -83,7 +84,9 @@ class LazyGroup(TyperGroup):
             shelf = typer.Typer(add_completion=False, **PLAIN)
             module = import_module(f"rcc_sim.cli.{cmd_name.replace('-', '_')}")
             module.register(shelf)
-            self.commands.update(get_group(shelf).commands)
+            loaded = get_group(shelf)
+            guarded(loaded)
+            self.commands.update(loaded.commands)
         return self.commands.get(cmd_name)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:

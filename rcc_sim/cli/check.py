@@ -11,7 +11,7 @@ import typer
 from rcc_sim.cli.batches import Dask, Jobs
 from rcc_sim.cli.complete import vehicle_names
 from rcc_sim.cli.fleets import Asked, By, Each, List, one_log, run_fleet
-from rcc_sim.cli.logs import Map, Reader, keep
+from rcc_sim.cli.logs import Map, Reader
 from rcc_sim.cli.output import Csv, Json, Output, emit, say, say_error
 from rcc_sim.cli.overrides import vehicle_of
 
@@ -82,7 +82,6 @@ def check(
         _fleet(asked, options, strict=strict)
         return
     one_log(asked)
-    keep([*(logs or []), vehicle], {"--output": output})
     if html is not None:
         raise InputError("--html: belongs to a fleet", "add --each")
     checks, broken = _checked(logs or [], vehicle, reader, map_)

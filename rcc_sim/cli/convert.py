@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rcc_sim.cli.complete import map_names, vehicle_names
-from rcc_sim.cli.logs import keep
-from rcc_sim.cli.output import Csv, Json, Output, atomic, emit, say, write_log
+from rcc_sim.cli.output import Csv, Json, Output, emit, say, write_log
+from rcc_sim.files import atomic
 
 if TYPE_CHECKING:
     from rcc_sim.readers import Log
@@ -81,7 +81,6 @@ def convert(
     if log is None:
         emit(_known(), _known(), json=json, csv=csv, output=output)
         return
-    keep([log], {"--output": output})
     if suggest_map:
         _suggest(log, vehicle, output)
         return

@@ -28,7 +28,6 @@ from rcc_sim.cli.logs import (
     Reader,
     Repeats,
     Span,
-    keep,
     notes_of,
     once,
     span_of,
@@ -40,7 +39,6 @@ from rcc_sim.cli.output import (
     Json,
     Output,
     Text,
-    atomic,
     emit,
     not_foreign,
     one_format,
@@ -48,6 +46,7 @@ from rcc_sim.cli.output import (
 )
 from rcc_sim.cli.overrides import vehicle_of
 from rcc_sim.errors import InputError, did_you_mean
+from rcc_sim.files import atomic
 
 if TYPE_CHECKING:
     from rcc_sim.diagnose.diagnosis import Diagnosis
@@ -181,16 +180,6 @@ def diagnose(
     logs, back, on_stand = logs or [], back or [], on_stand or []
     inputs = [*logs, *back, *on_stand, *(holdout or []), *(repeats or [])]
     once(inputs)
-    keep(
-        [*inputs, vehicle],
-        {
-            "--write-vehicle": write_vehicle,
-            "--profiles": profiles,
-            "--next-run": next_run,
-            "--html": html,
-            "--output": output,
-        },
-    )
     found = _found(
         logs, back, on_stand, vehicle, withhold or [], hide or [], effects,
         holdout or [], repeats or [], span_of(span), reader, map_,

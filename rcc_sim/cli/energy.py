@@ -9,7 +9,7 @@ import typer
 
 from rcc_sim.cli.batches import Draws, Seed
 from rcc_sim.cli.complete import vehicle_names
-from rcc_sim.cli.logs import Html, Plot, keep, write_page
+from rcc_sim.cli.logs import Html, Plot, write_page
 from rcc_sim.cli.output import Csv, Json, Output, emit, say, sketch, warn
 
 if TYPE_CHECKING:
@@ -76,7 +76,6 @@ def energy(
     from rcc_sim.analyse.energy import energy_report, scaled_report
     from rcc_sim.trace import read_trace
 
-    keep(traces, {"--output": output, "--plot": plot, "--html": html})
     drives = [read_trace(name) for name in traces]
     if draws is not None:
         _intervals(drives, vehicle, draws, seed, json=json, csv=csv, output=output)

@@ -14,7 +14,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rcc_sim.cli.batches import ProgressLine, going_on, tell_failures
-from rcc_sim.cli.output import atomic, emit, say
+from rcc_sim.cli.keep import keep
+from rcc_sim.cli.output import emit, say
+from rcc_sim.files import atomic
 
 if TYPE_CHECKING:
     from rcc_sim.batch.fleet import Fleet, RowOf
@@ -117,6 +119,8 @@ def one_log(asked: Asked) -> str:
         raise InputError(
             "--by, --car, --jobs and --dask: belong to a fleet", "add --each"
         )
+    if asked.output is not None and asked.output.is_dir():
+        raise InputError(f"--output: {asked.output}: is a folder", "name a file in it")
     return asked.names[0]
 
 
@@ -163,6 +167,8 @@ def run_fleet(
     from rcc_sim.errors import InputError
 
     fleet = _fleet(asked, command, row, columns, options)
+    written = {"--output": asked.output, "--html": asked.html}
+    keep((log.log for log in fleet.logs), written, folders=["--output"])
     with _place(asked.output) as place:
         line = ProgressLine("logs")
         with going_on(asked.output):

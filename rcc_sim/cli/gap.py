@@ -28,7 +28,6 @@ from rcc_sim.cli.logs import (
     Reader,
     Repeats,
     Span,
-    keep,
     notes_of,
     once,
     span_of,
@@ -40,7 +39,6 @@ from rcc_sim.cli.output import (
     Json,
     Output,
     Text,
-    atomic,
     emit,
     one_format,
     printable,
@@ -49,6 +47,7 @@ from rcc_sim.cli.output import (
 )
 from rcc_sim.cli.overrides import vehicle_of
 from rcc_sim.cli.table import print_table
+from rcc_sim.files import atomic
 
 if TYPE_CHECKING:
     from rcc_sim.analyse.gap import Gap
@@ -131,7 +130,6 @@ def gap(
     one_format(json=json, csv=csv, text=text)
     read = [log, vehicle, *(repeats or [])]
     once([log, *(repeats or [])])
-    keep(read, {"--plot": plot, "--html": html, "--output": output})
     how = {"reader": reader, "columns": map_, "span": span_of(span)}
     once_only = {"hide": hide or [], "back": back, "on_stand": on_stand}
     found = _found(log, vehicle, repeats or [], how, once_only)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import tempfile
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -11,8 +10,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rcc_sim.cli.complete import column_names, map_names, vehicle_names
-from rcc_sim.cli.output import atomic, say
+from rcc_sim.cli.output import say
 from rcc_sim.errors import InputError
+from rcc_sim.files import atomic
 
 if TYPE_CHECKING:
     from rcc_sim.analyse.logcheck.finding import Finding
@@ -65,67 +65,6 @@ Plot = Annotated[
 Html = Annotated[
     Path | None, typer.Option(help="Write it as one HTML page.", metavar="F")
 ]
-
-
-ENDINGS = {
-    "--html": (".html", ".htm"),
-    "--write-vehicle": (".toml",),
-    "--profiles": (".csv",),
-    "--next-run": (".csv", ".mcap"),
-}
-"""How the name of what an option writes ends; of others their writers tell."""
-
-
-def keep(read: Iterable[str | None], written: Mapping[str, Path | None]) -> None:
-    """Raise if a file that is read would be overwritten, or none can be written.
-
-    Or if its name promises another kind of file than it will hold.
-
-    Before the work, not after it.
-
-    Parameters
-    ----------
-    read : iterable of str or None
-        Logs and vehicle, if it was given; a name that is no file counts for nothing.
-    written : mapping
-        Option -> the file that it writes, if it was given.
-
-    Raises
-    ------
-    InputError
-        Naming option and file.
-    """
-    known = [Path(name) for name in read if name and Path(name).is_file()]
-    for option, path in written.items():
-        if path is None:
-            continue
-        if path.is_file() and any(map(path.samefile, known)):
-            raise InputError(
-                f"{option}: {path}: is read here, and would be lost",
-                "give another name",
-            )
-        if path.is_dir():
-            raise InputError(f"{option}: {path}: is a folder", "name a file in it")
-        ends = ENDINGS.get(option, ())
-        if ends and path.suffix.lower() not in ends:
-            raise InputError(f"{option}: {path}: should end in {' or '.join(ends)}")
-        if not path.exists():
-            _refuse_unwritable(option, path, path.parent)
-
-
-def _refuse_unwritable(option: str, path: Path, folder: Path) -> None:
-    """Raise if a folder takes no file, asked in the one sure way: by writing one."""
-    what, hint = f"{folder} is a file, not a folder", "name another folder"
-    if folder.is_dir():
-        try:
-            tempfile.TemporaryFile(dir=folder).close()
-        except OSError:
-            what, hint = f"the folder {folder} cannot be written to", "name another"
-        else:
-            return
-    elif not folder.exists():
-        what, hint = f"there is no folder {folder}", "make it first"
-    raise InputError(f"{option}: {path}: {what}", hint)
 
 
 def span_of(text: str | None) -> tuple[float, float]:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rcc_sim.cli.complete import cycle_names, vehicle_names
-from rcc_sim.cli.output import Csv, Json, Output, atomic, emit, say
+from rcc_sim.cli.output import Csv, Json, Output, emit, say
+from rcc_sim.files import atomic
 
 if TYPE_CHECKING:
     from rcc_sim.definitions.cycle import Cycle

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import contextlib
 import csv as csv_format
 import json as json_format
 import math
-import os
 import sys
-import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
 from rcc_sim.cli.table import print_table
-from rcc_sim.errors import InputError, not_written
+from rcc_sim.errors import InputError
+from rcc_sim.files import atomic
 from rcc_sim.report.text import printable as printable
 from rcc_sim.report.text import sparkline
 
@@ -205,45 +203,6 @@ def sketch(what: str, values: Sequence[float], unit: str) -> None:
 def warn(message: str) -> None:
     """Tell the person at the keyboard what to beware of."""
     say(f"warning: {message}")
-
-
-@contextlib.contextmanager
-def atomic(path: Path, mode: str = "w") -> Iterator[IO[Any]]:
-    """Open a file for writing that appears whole or not at all.
-
-    Raises
-    ------
-    InputError
-        If the folder is missing, not writable, or the disk is full.
-    """
-    folder = path.parent
-    text = {} if "b" in mode else {"encoding": "utf-8", "newline": ""}
-    temporary = None
-    try:
-        if path.exists() and not path.is_file():  # /dev/null, a named pipe
-            if path.is_dir():
-                raise InputError(f"{path}: is a folder; name a file in it")
-            with open(path, mode, **text) as file:  # type: ignore[call-overload]
-                yield file
-            return
-        number, temporary = tempfile.mkstemp(dir=folder, prefix=f".{path.name}.")
-        with os.fdopen(number, mode, **text) as file:  # type: ignore[call-overload]
-            yield file
-            file.flush()
-            os.fsync(file.fileno())
-        mask = os.umask(0)
-        os.umask(mask)
-        os.chmod(temporary, 0o666 & ~mask)
-        os.replace(temporary, path)
-        temporary = None
-    except OSError as error:
-        if isinstance(error, BrokenPipeError):
-            raise
-        raise not_written(path, error) from None
-    finally:
-        if temporary is not None:
-            with contextlib.suppress(OSError):
-                os.unlink(temporary)
 
 
 def _plain(value: Any) -> Any:

@@ -78,15 +78,14 @@ def _write_trace(
     csv: bool,
     output: Path | None,
 ) -> None:
-    import sys
-
     from rcc_sim.errors import InputError
     from rcc_sim.similitude.dimensionless import dimensionless_trace
+    from rcc_sim.trace import read_trace
 
     if len(vehicles) != 1:
         raise InputError("--trace: should go with one vehicle, the one that drove")
-    source = sys.stdin if str(trace) == "-" else str(trace)
-    rows, left_out = dimensionless_trace(source, vehicles[0], repeating)
+    found = dimensionless_trace(read_trace(trace), vehicles[0], repeating)
+    rows, left_out = found.rows(), found.left_out
     if left_out:
         say(f"note: left out, no mass-length-time unit: {', '.join(left_out)}")
     document = {"vehicle": vehicles[0].name, "rows": rows, "left_out": left_out}

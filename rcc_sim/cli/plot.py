@@ -90,10 +90,13 @@ def pi(
     from rcc_sim.definitions.vehicle import load_vehicle
     from rcc_sim.report.figures import plot_overlay
     from rcc_sim.similitude.dimensionless import dimensionless_trace
+    from rcc_sim.trace import read_trace
 
     pairs = [_pair(text) for text in traces]
     runs = {
-        f"{vehicle} ({trace})": dimensionless_trace(trace, load_vehicle(vehicle))
+        f"{vehicle} ({trace})": dimensionless_trace(
+            read_trace(trace), load_vehicle(vehicle)
+        )
         for vehicle, trace in pairs
     }
     _save(plot_overlay(runs), output)
@@ -193,7 +196,7 @@ def _save(figure: Figure, output: Path) -> None:
 
 
 def _write(picture: bytes, output: Path) -> None:
-    from rcc_sim.cli.output import atomic
+    from rcc_sim.files import atomic
 
     with atomic(output, "wb") as file:
         file.write(picture)

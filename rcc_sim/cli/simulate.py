@@ -20,7 +20,6 @@ from rcc_sim.cli.batches import (
     Vehicle,
     lanes_of,
 )
-from rcc_sim.cli.logs import keep
 from rcc_sim.cli.output import Csv, Json, Output, emit, say, warn, write_log
 from rcc_sim.cli.overrides import Own, Set, With, Without, changed_vehicle
 
@@ -114,8 +113,6 @@ def simulate(
     from rcc_sim.errors import InputError
     from rcc_sim.simulate import run as runs
 
-    read = (vehicle, cycle, steer_log, throttle_log, road_log, aux_log)
-    keep(read, {"--output": output, "--plot": plot})
     car = changed_vehicle(vehicle, set_, with_, without, effect)
     drive, throttle = _drive(cycle, throttle_log)
     _announce_compiler(imposed)

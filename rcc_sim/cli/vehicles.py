@@ -8,7 +8,8 @@ from typing import Annotated
 import typer
 
 from rcc_sim.cli.complete import vehicle_names
-from rcc_sim.cli.output import Csv, Json, Output, atomic, emit, say
+from rcc_sim.cli.output import Csv, Json, Output, emit, say
+from rcc_sim.files import atomic
 
 vehicles = typer.Typer(help="Vehicles: list them, show one, check one, begin one.")
 

@@ -304,9 +304,8 @@ def _effects(vehicle: Vehicle) -> dict[str, dict[str, float]]:
 
 
 def _largest_torque(vehicle: Vehicle) -> float:
-    if vehicle.controller is not None and vehicle.controller.max_torque_nm:
-        return vehicle.controller.max_torque_nm.value
-    return _value(vehicle.motor.max_torque_nm, inf)
+    asked = vehicle.controller.max_torque_nm if vehicle.controller else None
+    return min(_value(asked, inf), _value(vehicle.motor.max_torque_nm, inf))
 
 
 def _require(vehicle: Vehicle, keys: tuple[str, ...], why: str) -> None:

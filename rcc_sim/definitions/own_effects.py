@@ -14,7 +14,7 @@ from types import FunctionType, ModuleType
 from typing import Any
 
 from rcc_sim.errors import InputError, did_you_mean
-from rcc_sim.jit import cache_folder, jit
+from rcc_sim.jit import cache_folder, jit, used
 from rcc_sim.physics.effect import ACTS, DRIVES, OF, Effect
 from rcc_sim.physics.effects import EFFECTS
 from rcc_sim.physics.params import PARAMS, SINKS
@@ -196,12 +196,15 @@ def _checked(where: str, module: ModuleType, source: bytes) -> OwnEffect:
         )
     kind = found[0]
     function = getattr(module, kind)
-    whole = source + Path(__file__).read_bytes()
-    digest = hashlib.blake2b(whole, digest_size=8).hexdigest()
-    for helper in vars(module).values():
-        if isinstance(helper, FunctionType) and helper.__module__ == module.__name__:
-            helper.__dict__["__cache_folder__"] = cache_folder() / f"own-{digest}"
-            jit(helper)
+    helpers = [
+        value
+        for value in vars(module).values()
+        if isinstance(value, FunctionType) and value.__module__ == module.__name__
+    ]
+    digest = _digest(source, helpers)
+    for helper in helpers:
+        helper.__dict__["__cache_folder__"] = cache_folder() / f"own-{digest}"
+        jit(helper)
     takes = tuple(inspect.signature(function).parameters)
     if kind == "sensed":
         effect = replace(effect, sensor=True)
@@ -216,6 +219,26 @@ def _checked(where: str, module: ModuleType, source: bytes) -> OwnEffect:
     else:
         _try_number(made)
     return made
+
+
+def _digest(source: bytes, helpers: Iterable[FunctionType]) -> str:
+    """Return a digest of an effect: its source, and the values that its code reads.
+
+    A constant may come from a file, or from another module: machine code holds it.
+    """
+    digest = hashlib.blake2b(source, digest_size=8)
+    digest.update(Path(__file__).read_bytes())
+    for helper in helpers:
+        for name, value in sorted(used(helper).items()):
+            if isinstance(value, FunctionType):
+                file = Path(value.__code__.co_filename)
+                read = file.read_bytes() if file.is_file() else value.__code__.co_code
+            elif hasattr(value, "tobytes"):
+                read = f"{value.dtype} {value.shape}".encode() + value.tobytes()
+            else:
+                read = repr(value).encode()
+            digest.update(name.encode() + read)
+    return digest.hexdigest()
 
 
 def _check_claims(where: str, effect: Effect) -> None:

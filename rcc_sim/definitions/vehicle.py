@@ -192,6 +192,16 @@ class Vehicle:
         sensor = self.sensors.get(column)
         return sensor.bias_sd.value if sensor and sensor.bias_sd else None
 
+    @property
+    def named_files(self) -> list[Path]:
+        """Files that its effects name: a map of efficiency, a road."""
+        return [
+            library.named_by(self.path, value)
+            for params in self.effects.values()
+            for value in params.values()
+            if isinstance(value, str)
+        ]
+
     @cached_property
     def known(self) -> dict[str, Effect]:
         """Effect id -> effect: those shipped, and the vehicle's own."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Protocol
@@ -11,6 +10,7 @@ from typing import Any, Protocol
 from rcc_sim.definitions import library
 from rcc_sim.definitions.vehicle import Vehicle, load_vehicle
 from rcc_sim.errors import InputError
+from rcc_sim.files import atomic
 
 DIGITS = 8
 """Significant digits of a figure that is written."""
@@ -234,25 +234,10 @@ def _put(table: Any, key: str, value: Any) -> None:
 
 def _write(target: Path, text: str) -> None:
     """Write the file, whole or not at all, if it is a sound vehicle."""
-    try:
-        number, name = tempfile.mkstemp(
-            dir=target.parent, prefix=f".{target.stem}.", suffix=".toml"
-        )
-    except OSError as error:
-        raise InputError(f"{target}: cannot be written: {error.strerror}") from None
-    temporary = Path(name)
-    try:
-        with os.fdopen(number, "w", encoding="utf-8", newline="") as file:
-            file.write(text)
-        _check(temporary, target)
-        mask = os.umask(0)
-        os.umask(mask)
-        temporary.chmod(0o666 & ~mask)
-        temporary.replace(target)
-    except OSError as error:
-        raise InputError(f"{target}: cannot be written: {error.strerror}") from None
-    finally:
-        temporary.unlink(missing_ok=True)
+    with atomic(target) as file:
+        file.write(text)
+        file.flush()
+        _check(Path(file.name), target)
 
 
 def _check(temporary: Path, target: Path) -> None:

@@ -17,6 +17,7 @@ from rcc_sim.diagnose.diagnosis import Diagnosis
 from rcc_sim.diagnose.next_run.limits import level_column, limits_of
 from rcc_sim.diagnose.next_run.menu import Run, menu
 from rcc_sim.errors import InputError
+from rcc_sim.files import atomic, restored
 from rcc_sim.readers import write_commands
 from rcc_sim.simulate.replay import speed_share
 from rcc_sim.trace import Trace, write_trace
@@ -33,6 +34,7 @@ def write_mended(found: Diagnosis, path: Path) -> None:
         If a file cannot be written.
     """
     effects: dict[str, dict[str, Any]] = {}
+    roads: dict[Path, Trace] = {}
     for name, figures in found.effects().items():
         effects[name] = dict(figures)
     values = {e: {k: f.value for k, f in of.items()} for e, of in effects.items()}
@@ -51,12 +53,14 @@ def write_mended(found: Diagnosis, path: Path) -> None:
                 every = np.union1d(distance, stated[0])
                 slope = np.interp(every, distance, slope) + np.interp(every, *stated)
                 distance = every
-            road = Trace({"distance_m": distance, "slope": slope})
-            with beside.open("wb") as file:
-                write_trace(road, file)
+            roads[beside] = Trace({"distance_m": distance, "slope": slope})
             effects[a.cause.effect]["profile"] = beside.name
     log = ", ".join(g.log for g in found.gaps)
-    write_vehicle(found.vehicle, path, found.figures(), effects, log)
+    with restored(roads):  # the vehicle is read once it is written, and reads them
+        for beside, road in roads.items():
+            with atomic(beside, "wb") as file:
+                write_trace(road, file)
+        write_vehicle(found.vehicle, path, found.figures(), effects, log)
 
 
 def beyond(profile: Profile) -> tuple[Array, Array]:
@@ -142,11 +146,6 @@ def write_next_run(found: Diagnosis, path: Path) -> Run:
             "a bag holds the commands of a car whose mode is speed",
         )
     columns = {"time_s": leg.time, column: leg.level, "steer_cmd_rad": leg.steer}
-    part = path.with_name(path.name + ".part")
-    try:
-        with part.open("wb") as file:
-            write_trace(Trace(columns), file)
-        part.replace(path)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written: {error.strerror}") from None
+    with atomic(path, "wb") as file:
+        write_trace(Trace(columns), file)
     return runs[0]

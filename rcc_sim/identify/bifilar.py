@@ -125,7 +125,7 @@ def yaw_inertia(
     """
     periods = [p / cycles for p in _several("T", T)]
     period_sds = _like(periods, T_sd, cycles)
-    spacings, lengths = _several("d", d)[:2], _several("h", h)[:2]
+    spacings, lengths = _one_or_two("d", d), _one_or_two("h", h)
     require_positive(
         mass=m, period=periods, spacing=spacings, length=lengths, cycles=cycles
     )
@@ -254,6 +254,17 @@ def _several(name: str, value: float | Sequence[float]) -> list[float]:
     )
     if not numbers:
         raise InputError(f"{name}: at least one value is needed: none given")
+    return numbers
+
+
+def _one_or_two(name: str, value: float | Sequence[float]) -> list[float]:
+    """Return a length, or those of both ends or wires; more of them are none."""
+    numbers = _several(name, value)
+    if len(numbers) > 2:
+        raise InputError(
+            f"{name}: should be one length, or two where they differ: {len(numbers)}",
+            "give the mean of what was measured several times",
+        )
     return numbers
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rcc_sim.identify.series import Array, correlation_time, r_squared
+from rcc_sim.physics.effects.road_grade import STEEPEST, rise_over_run
 from rcc_sim.trace import integral_of
 
 STEPS = 120
@@ -48,7 +49,8 @@ class Coast:
         if elevation is not None:
             way_m = integral_of(x, v)
             height, distance = np.interp(grid, x, elevation), np.interp(grid, x, way_m)
-            on_grid = np.gradient(height, np.maximum.accumulate(distance) + 1e-9 * grid)
+            rise = np.gradient(height, np.maximum.accumulate(distance) + 1e-9 * grid)
+            on_grid = rise_over_run(np.clip(rise, -STEEPEST, STEEPEST), 1.0)
         elif slope is not None:
             on_grid = np.interp(grid, x, slope)
         else:

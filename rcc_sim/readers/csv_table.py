@@ -157,7 +157,7 @@ def read_columns(
         name = read.column_names[0]
         values = read.column(0)
         read = read.remove_column(0)
-        columns[name] = values.to_pylist() if name in text else from_arrow(values)
+        columns[name] = _words(values) if name in text else from_arrow(values)
         del values
     _release()
     return columns, flaws
@@ -187,12 +187,11 @@ def _arrow(table: TextTable, words: dict[str, bool], faults: Any) -> Any:
     import pyarrow
     from pyarrow import csv as arrow_csv
 
-    types = {n: pyarrow.string() if w else pyarrow.float64() for n, w in words.items()}
-    wide = table.encoding if table.encoding.startswith("utf-16") else "utf-8"
+    types = {n: pyarrow.binary() if w else pyarrow.float64() for n, w in words.items()}
     read = arrow_csv.ReadOptions(
         column_names=[name or f"\0{k}" for k, name in enumerate(table.names)],
         skip_rows=table.skip,
-        encoding=wide,
+        encoding=table.encoding,
         block_size=1 << 22,
     )
     parse = arrow_csv.ParseOptions(
@@ -229,6 +228,11 @@ def _arrow(table: TextTable, words: dict[str, bool], faults: Any) -> Any:
             "cut the log into parts",
         )
     return found
+
+
+def _words(column: Any) -> list[str]:
+    """Return a column's words; what is no text of the file's encoding shows as such."""
+    return [word.decode("utf-8", "replace") for word in column.to_pylist()]
 
 
 def _conversion_error() -> type[Exception]:
@@ -289,7 +293,7 @@ def _first_word(table: TextTable, names: list[str], error: Exception) -> InputEr
         values = _arrow(table, {name: True}, _Faults()).column(0)
         row = 0
         for chunk in values.chunks:
-            words = chunk.to_pylist()
+            words = _words(chunk)
             bad = [k for k, w in enumerate(words) if not is_number(w, table.decimal)]
             if bad:
                 found = (row + bad[0] + 1, name, words[bad[0]])

@@ -55,8 +55,8 @@ def plot_overlay(runs: Mapping[str, DimensionlessTrace]) -> Figure:
     columns = [
         column
         for column in OVERLAID
-        if all(run.rows and column in run.rows[0] for run in runs.values())
-        and any(row[column] for run in runs.values() for row in run.rows)
+        if all(column in run.columns for run in runs.values())
+        and any(np.nan_to_num(run.columns[column]).any() for run in runs.values())
     ]
     if not columns:
         raise InputError(
@@ -66,10 +66,7 @@ def plot_overlay(runs: Mapping[str, DimensionlessTrace]) -> Figure:
     figure, axes = _sheet(len(columns), height=1.6, sharex=True)
     for axis, column in zip(axes, columns, strict=True):
         for k, run in enumerate(runs.values()):
-            time, values = (
-                np.array([row[c] for row in run.rows], dtype=float)
-                for c in ("pi_8_time", column)
-            )
+            time, values = run.columns["pi_8_time"], run.columns[column]
             x, y = extremes(time - time[0], values, POINTS)
             colour, dash = COLOURS[k % len(COLOURS)], DASHES[k % len(DASHES)]
             axis.plot(x, y, color=colour, ls=dash, lw=1.1)

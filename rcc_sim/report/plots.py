@@ -10,6 +10,7 @@ import numpy as np
 
 from rcc_sim.analyse.energy import EnergyReport, cumulative_distance, cumulative_energy
 from rcc_sim.errors import InputError
+from rcc_sim.files import atomic
 from rcc_sim.report.channels import title_of
 from rcc_sim.report.lines import extremes, shown
 from rcc_sim.trace import Trace
@@ -80,10 +81,8 @@ def save(figure: Figure, path: Path) -> None:
     kind = path.suffix[1:].lower()
     undated = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}[kind]
     figure.savefig(picture, format=kind, metadata=undated, bbox_inches="tight")
-    try:
-        path.write_bytes(picture.getvalue())
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written: {error.strerror}") from None
+    with atomic(path, "wb") as file:
+        file.write(picture.getvalue())
 
 
 def plot_run(*traces: Trace, columns: Sequence[str] = ()) -> Figure:

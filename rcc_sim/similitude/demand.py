@@ -37,8 +37,8 @@ class Demand(NamedTuple):
         Force that the tyres must pass on: inertia and road load. [N]
     coast : ndarray
         Deceleration of the vehicle left alone. [m/s²]
-    m_eff : float
-        Mass that the wheels feel, turning parts included. [kg]
+    m, m_eff : float
+        Mass as loaded, and that which the wheels feel, turning parts included. [kg]
     """
 
     dt: Array
@@ -48,6 +48,7 @@ class Demand(NamedTuple):
     tau: Array
     F_x: Array
     coast: Array
+    m: float
     m_eff: float
 
 
@@ -81,6 +82,7 @@ def demand(vehicle: Vehicle, cycle: Cycle) -> Demand:
         tau=through_gear + J * n * a + drag,
         F_x=F_x,
         coast=(road + n * drag) / m_eff,
+        m=m,
         m_eff=m_eff,
     )
 

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import csv
-import gzip
 import math
-import zlib
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Sequence
 from fractions import Fraction
-from pathlib import Path
-from typing import Any, NamedTuple, TextIO, cast
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
@@ -24,7 +22,10 @@ from rcc_sim.similitude.dimensional import (
 )
 from rcc_sim.similitude.quantities import figures_of, product
 from rcc_sim.similitude.scale import SHAFT, without_unit
+from rcc_sim.trace import Trace
 from rcc_sim.units import unit_of
+
+Array = NDArray[np.float64]
 
 NUMBERED = {
     "battery_energy_j": "E_b",
@@ -47,26 +48,29 @@ class DimensionlessTrace(NamedTuple):
 
     Attributes
     ----------
-    rows : list of dict
-        Column -> number, or None where the cell was empty.
+    columns : dict of ndarray, each of shape (n,)
+        By the name of each.
     left_out : list of str
         Columns with an electrical or thermal unit, which have no place in it.
     """
 
-    rows: list[dict[str, float | None]]
+    columns: dict[str, Array]
     left_out: list[str]
 
-
-class _Column(NamedTuple):
-    at: int
-    name: str
-    factor: float
+    def rows(self) -> list[dict[str, float | None]]:
+        """Return one dict a row; None where a number was not known."""
+        values = [
+            [x if math.isfinite(x) else None for x in column.tolist()]
+            for column in self.columns.values()
+        ]
+        rows = zip(*values, strict=True)
+        return [dict(zip(self.columns, row, strict=True)) for row in rows]
 
 
 def dimensionless_trace(
-    source: str | TextIO, vehicle: Vehicle, repeating: Sequence[str] = REPEATING
+    trace: Trace, vehicle: Vehicle, repeating: Sequence[str] = REPEATING
 ) -> DimensionlessTrace:
-    """Read a trace and return it dimensionless.
+    """Return a trace without dimensions.
 
     A column with a unit of mass, length and time becomes ``pi_NAME`` by the repeating
     variables of the vehicle, with its group's number where the paper has one
@@ -78,8 +82,8 @@ def dimensionless_trace(
 
     Parameters
     ----------
-    source : str or TextIO
-        Path of a CSV file, compressed if it ends in ``.gz``, or a text stream.
+    trace : Trace
+        What was driven.
     vehicle : Vehicle
         The one that drove.
     repeating : sequence of str
@@ -88,65 +92,20 @@ def dimensionless_trace(
     Raises
     ------
     InputError
-        Naming file and line: no ``time_s``, a cell that is not a number, or repeating
-        variables that the vehicle does not state.
+        If the vehicle does not state one of the repeating variables.
     """
-    where = source if isinstance(source, str) else "stdin"
-    rows: list[dict[str, float | None]] = []
-    try:
-        with _opened(source) as file:
-            reader = csv.reader(file)
-            header = [cell.strip() for cell in next(reader, [])]
-            columns, left_out = _columns(header, vehicle, repeating, where)
-            for cells in reader:
-                at = f"{where}: line {reader.line_num}"
-                if cells:
-                    rows.append(_row(cells, header, columns, at))
-    except OSError as error:
-        raise InputError(
-            f"{where}: cannot be read: {error.strerror or error}"
-        ) from None
-    except (UnicodeDecodeError, csv.Error, EOFError, zlib.error):
-        raise InputError(f"{where}: not a CSV file") from None
-    if not rows:
-        raise InputError(f"{where}: should have at least one row below its header")
-    return DimensionlessTrace(rows, left_out)
-
-
-def _opened(source: str | TextIO) -> AbstractContextManager[Iterable[str]]:
-    if not isinstance(source, str):
-        return nullcontext(source)
-    if not Path(source).is_file():
-        raise InputError(f"{source}: no such file")
-    opener: Any = gzip.open if source.endswith(".gz") else open
-    file = opener(source, "rt", encoding="utf-8-sig", newline="")
-    return cast(AbstractContextManager[Iterable[str]], file)
-
-
-def _columns(
-    header: list[str], vehicle: Vehicle, repeating: Sequence[str], where: str
-) -> tuple[list[_Column], list[str]]:
-    if "time_s" not in header:
-        raise InputError(
-            f"{where}: no column time_s", "a trace is a CSV file with a header line"
-        )
-    doubles = sorted({name for name in header if header.count(name) > 1})
-    if doubles:
-        raise InputError(f"{where}: the column {doubles[0]} is there twice")
     numbers = {g.variable.symbol: g.name for g in pi_groups(repeating)}
-    columns, left_out = [], []
-    for at, name in enumerate(header):
+    columns, left_out = {}, []
+    for name, values in trace.columns.items():
         dimension = dimension_of(name)
         if dimension is None:
             left_out.append(name)
         elif unit_of(name) == "1":
-            columns.append(_Column(at, name, 1.0))
+            columns[name] = values
         else:
-            label = _label(name, dimension, numbers)
-            columns.append(
-                _Column(at, label, _factor(name, dimension, vehicle, repeating))
-            )
-    return columns, left_out
+            factor = _factor(name, dimension, vehicle, repeating)
+            columns[_label(name, dimension, numbers)] = values * factor
+    return DimensionlessTrace(columns, left_out)
 
 
 def _label(name: str, dimension: Dimension, numbers: dict[str, str]) -> str:
@@ -177,27 +136,3 @@ def _factor(
     if not math.isfinite(result.value):
         raise InputError(f"--repeating {','.join(repeating)}: a figure of it is 0")
     return result.value
-
-
-def _row(
-    cells: list[str], header: list[str], columns: list[_Column], at: str
-) -> dict[str, float | None]:
-    if len(cells) != len(header):
-        raise InputError(f"{at}: should have {len(header)} cells: {len(cells)}")
-    return dict(_scaled(cells, header, columns, at))
-
-
-def _scaled(
-    cells: list[str], header: list[str], columns: list[_Column], at: str
-) -> Iterator[tuple[str, float | None]]:
-    for column in columns:
-        text = cells[column.at].strip()
-        if text in ("", "nan", "NaN"):
-            yield column.name, None
-            continue
-        try:
-            yield column.name, float(text) * column.factor
-        except ValueError:
-            raise InputError(
-                f"{at}: {header[column.at]} should be a number: {text[:40]!r}"
-            ) from None

@@ -142,10 +142,10 @@ def battery_power_limit(vehicle: Vehicle) -> float:
 def _voltage_speed(vehicle: Vehicle) -> float:
     """Return the no-load speed of the battery's voltage [rad/s]; inf if unknown.
 
-    From the motor's KV, which was measured; without it from the flux linkage.
+    From the flux linkage, as a run has it; without it from the motor's KV.
     """
-    by_constant = speed_by_constant(vehicle)
-    return by_constant if math.isfinite(by_constant) else speed_by_linkage(vehicle)
+    by_linkage = speed_by_linkage(vehicle)
+    return by_linkage if math.isfinite(by_linkage) else speed_by_constant(vehicle)
 
 
 def speed_by_constant(vehicle: Vehicle) -> float:

@@ -134,7 +134,7 @@ def _grip(vehicle: Vehicle, asked: Demand) -> Limit:
     if axle != "all":
         lever = body.cg_to_rear_axle_m if axle == "front" else body.cg_to_front_axle_m
         share = lever.value / vehicle.wheelbase
-    used = np.abs(asked.F_x) / body.mass_kg.value
+    used = np.abs(asked.F_x) / asked.m
     most = np.full(used.shape, figures[key].value * G * share)
     note = f"{key}, {axle} wheels driven, static load, straight on"
     return _worst("grip", "m/s²", most, used, asked.dt, note)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from rcc_sim.definitions.cycle import Cycle
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
-from rcc_sim.simulate.road import STEEPEST, rise_over_run
+from rcc_sim.physics.effects.road_grade import STEEPEST, rise_over_run
 from rcc_sim.trace import Trace
 
 Profile = tuple[ArrayLike, ArrayLike]

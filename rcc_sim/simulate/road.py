@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.channel import resolution, spells
+from rcc_sim.physics.effects.road_grade import STEEPEST, rise_over_run
 from rcc_sim.simulate.smooth import pieces
 
 if TYPE_CHECKING:
@@ -25,9 +26,6 @@ and that after which the next are at least. [s]"""
 
 BENDS = np.logspace(-6, -1.5, 10)
 """Strengths of a road that are tried: changes of its slope from cell to cell. [1]"""
-
-STEEPEST = 0.35
-"""Rise over way beyond which no road is, but a fault of its altimeter. [1]"""
 
 FORGETS = 100.0
 """Time in which an altimeter forgets by how much it was off. [s]"""
@@ -103,11 +101,6 @@ def surveyed_slope(
     step = edges[1] - edges[0]
     dh = np.clip(np.diff(found), -STEEPEST * step, STEEPEST * step)
     return 0.5 * (middle[1:] + middle[:-1]), rise_over_run(dh, step)
-
-
-def rise_over_run(rise: Array, way: Array | float) -> Array:
-    """Slope Δh / sqrt(Δs² - Δh²) of rises over the way along the road. [1]"""
-    return np.asarray(rise / np.sqrt(way**2 - rise**2))
 
 
 class Road:

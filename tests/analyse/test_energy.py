@@ -25,6 +25,14 @@ def test_a_way_with_a_gap_is_refused_by_its_row():
         energy_report(measured(distance_m=way))
 
 
+@pytest.mark.parametrize("column", ["battery_power_w", "speed_mps"])
+def test_an_infinite_reading_is_refused_by_its_row(column):
+    values = measured()[column].copy()
+    values[4] = np.inf
+    with pytest.raises(InputError, match=r"drive: .*, row 5: inf \(1 of 120 rows\)"):
+        energy_report(measured(**{column: values}))
+
+
 def test_steps_whose_speed_is_not_known_are_of_no_kind():
     speed = V.copy()
     speed[40] = np.nan

@@ -22,6 +22,7 @@ from rcc_sim.batch.fleet_rows import (
     diagnose_row,
 )
 from rcc_sim.batch.fleet_summary import recurring, summary
+from rcc_sim.definitions import own_effects
 from rcc_sim.definitions.cycle import Cycle, parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.fleet.pool import unpacked
@@ -31,6 +32,7 @@ from rcc_sim.simulate.run import simulate
 from rcc_sim.trace import Trace, write_trace
 from tests.batch.test_runs import DRIVE
 from tests.cars import car
+from tests.program import rccsim
 
 
 @pytest.fixture
@@ -153,6 +155,72 @@ def test_a_model_that_changed_makes_another_batch(logs, tmp_path):
     )
     again = Fleet("check", check_row, (Entry("logs/a.csv"),), CHECK, {}, (str(model),))
     assert again.manifest.digest != before
+
+
+PUDDLE = """
+from pathlib import Path
+from rcc_sim.physics.effect import Effect, Param
+
+DEPTH = float(Path(__file__).with_name("depth.txt").read_text())
+
+def force(size):
+    return DEPTH * size
+
+EFFECT = Effect(
+    id="puddle", title="puddle", equation="F", channels=("speed_mps",), seen_as="drag",
+    source="own",
+    params=(Param("size", neutral=0.0, bounds=(0.0, 9.0), typical=(0.1, 1.0)),),
+)
+"""
+
+
+@pytest.mark.parametrize(
+    ("file", "before", "after"),
+    [
+        ("road.csv", "distance_m,slope\n0,0\n9,0\n", "distance_m,slope\n0,1\n9,0\n"),
+        ("depth.txt", "0.2", "20"),
+        ("map.toml", "[columns]\n", '[columns]\nspeed_mps = "v"\n'),
+    ],
+)
+def test_a_file_behind_the_model_that_changed_makes_another_batch(
+    tmp_path, file, before, after
+):
+    (tmp_path / "puddle.py").write_text(PUDDLE)
+    (tmp_path / "depth.txt").write_text("0.2")
+    (tmp_path / "road.csv").write_text("distance_m,slope\n0,0\n9,0\n")
+    model = tmp_path / "car.toml"
+    model.write_text(
+        '[vehicle]\nextends = "rcc"\nname = "car"\n[effects]\nfiles = ["puddle.py"]\n'
+        'puddle.size = 0.1\nroad_grade = { slope = 0.0, profile = "road.csv" }\n'
+    )
+    options = {"map": str(tmp_path / "map.toml")}
+    digests = set()
+    for text in (before, after):
+        (tmp_path / file).write_text(text)
+        own_effects._of_source.cache_clear()  # as in another process
+        logs = (Entry("logs/a.csv"),)
+        batch = Fleet("check", check_row, logs, CHECK, options, (str(model),))
+        digests.add(batch.manifest.digest)
+    assert len(digests) == 2
+
+
+@pytest.mark.parametrize("name", ["rows.csv", "rows.parquet", "rows"])
+def test_what_a_batch_wrote_is_none_of_its_logs(logs, name):
+    before = logs_of(["logs"])
+    for _ in range(2):
+        done = rccsim("check", "logs", "-o", f"logs/{name}", cwd=logs.parent)
+        assert done.returncode == 0, done.stderr
+        assert "4 logs" in done.stderr
+        assert logs_of(["logs"]) == logs_of(["logs/*.csv"]) == before
+
+
+def test_no_row_goes_over_a_log(logs):
+    before = (logs / "a.csv").read_bytes()
+    for output in ("logs/a.csv", "logs/../logs/a.csv"):
+        done = rccsim("check", "logs", "-o", output, cwd=logs.parent)
+        assert done.returncode == 2
+        assert "is read here, and would be lost" in done.stderr
+    assert (logs / "a.csv").read_bytes() == before
 
 
 def test_a_finding_that_recurs_is_counted_once_a_log():

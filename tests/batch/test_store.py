@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import sys
 
 import pyarrow
 import pyarrow.parquet as pq
@@ -11,7 +12,7 @@ import pytest
 
 from rcc_sim.batch.batch import run_batch
 from rcc_sim.batch.engine import Engine
-from rcc_sim.batch.store import Manifest, Store
+from rcc_sim.batch.store import LOCK, Manifest, Store
 from rcc_sim.errors import InputError
 
 
@@ -173,6 +174,25 @@ def test_two_at_once_in_one_place_are_one_too_many(tmp_path):
     with at_work, pytest.raises(InputError, match="another rccsim is at work"):
         run_batch(Squares(), tmp_path / "out")
     assert run_batch(Squares(), tmp_path / "out").done == 95
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no lock there")
+def test_a_lock_that_was_taken_away_as_it_was_opened_is_none(tmp_path, monkeypatch):
+    import fcntl
+
+    manifest, late = Squares().manifest, []
+    real = fcntl.flock
+
+    def slow(file, how):  # between opening and locking another process ended
+        if not late:
+            late.append(file)
+            (tmp_path / "out" / LOCK).unlink()
+        real(file, how)
+
+    monkeypatch.setattr(fcntl, "flock", slow)
+    at_work = Store(tmp_path / "out", manifest).opened()
+    with at_work, pytest.raises(InputError, match="another rccsim is at work"):
+        run_batch(Squares(), tmp_path / "out")
 
 
 def test_what_never_began_leaves_no_folder(tmp_path):

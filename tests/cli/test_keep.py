@@ -3,8 +3,12 @@
 from pathlib import Path
 
 import pytest
+from typer import Context
+from typer.main import get_command
 
-from rcc_sim.cli.logs import keep, once
+from rcc_sim.cli.app import app
+from rcc_sim.cli.keep import WRITES, keep
+from rcc_sim.cli.logs import once
 from rcc_sim.cli.output import emit, not_foreign
 from rcc_sim.errors import InputError
 
@@ -17,6 +21,38 @@ def test_a_file_that_is_read_is_not_written(tmp_path):
         with pytest.raises(InputError, match=r"--output: .*: is read here"):
             keep([str(log)], {"--html": None, "--output": path})
     keep([str(log), "rcc", "-"], {"--output": tmp_path / "new.csv"})
+
+
+def given(command, name=""):
+    """Yield each command, one option that it writes to and one value that it reads."""
+    for under in getattr(command, "commands", {}).values():
+        yield from given(under, f"{name} {under.name}")
+    options = {o: p.name for p in command.params for o in p.opts if o in WRITES}
+    for option, written in options.items():
+        for param in command.params:
+            if param.name not in options.values() and not getattr(
+                param, "is_flag", False
+            ):
+                yield pytest.param(
+                    command, written, param.name, id=f"{name} {param.name} {option}"
+                )
+
+
+def every_command():
+    root = get_command(app)
+    for name in root.list_commands(Context(root)):
+        yield from given(root.get_command(Context(root), name), name)
+
+
+@pytest.mark.parametrize(("command", "written", "read"), list(every_command()))
+def test_no_command_writes_over_what_it_reads(tmp_path, command, written, read):
+    file = tmp_path / "given.csv"
+    file.write_text("time_s\n0\n")
+    values = {param.name: None for param in command.params}
+    for value in (str(file), [str(file)], f"effect.column={file}"):
+        with pytest.raises(InputError, match="is read here, and would be lost"):
+            command.callback(**(values | {read: value, written: file}))
+    assert file.read_text() == "time_s\n0\n"
 
 
 def test_a_log_that_is_given_twice_is_refused(tmp_path):

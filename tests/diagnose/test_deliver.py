@@ -13,6 +13,7 @@ from rcc_sim.diagnose.causes.profile import Profile
 from rcc_sim.diagnose.deliver import varying, write_mended, write_profiles
 from rcc_sim.diagnose.judge.verdict import Asserted, Estimate
 from rcc_sim.diagnose.residuals.posed import problem_of
+from rcc_sim.errors import InputError
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import replay
 from rcc_sim.trace import Trace, read_trace
@@ -81,6 +82,26 @@ def test_a_road_that_the_file_states_stays_under_what_was_found(tmp_path):
     s = np.linspace(0, 600, 31)
     total = np.interp(s, *road_of(out)) + out.figures()[SLOPE].value
     assert total == pytest.approx(0.003 + np.interp(s, *known) + found.at(s), abs=1e-6)
+
+
+def test_a_mended_file_that_is_refused_leaves_all_as_it_was(tmp_path, monkeypatch):
+    car = load_vehicle("r1t_epa")
+    found = diagnosis(car, [problem(car, 60.0)], {0: hill(600, 0.02)})
+    beside, mended = tmp_path / "mended.road_grade.csv", tmp_path / "mended.toml"
+
+    def refused(*_):
+        assert "distance_m" in beside.read_text()
+        raise InputError("the disk is full")
+
+    monkeypatch.setattr("rcc_sim.diagnose.deliver.write_vehicle", refused)
+    for before in (None, "an earlier road\n"):
+        if before:
+            beside.write_text(before)
+        with pytest.raises(InputError, match="the disk is full"):
+            write_mended(found, mended)
+        assert not mended.exists()
+        assert (beside.read_text() if beside.exists() else None) == before
+        assert len(list(tmp_path.iterdir())) == bool(before)
 
 
 def test_beyond_the_log_the_mended_road_is_the_stated_one(tmp_path):

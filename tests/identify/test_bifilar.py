@@ -115,6 +115,8 @@ def test_what_a_reader_should_know_is_told(change, word):
         ({"tare_mass": 1.0}, "tare_period"),
         ({"tare_mass": 3.0, "tare_period": 2.0}, "tare_period"),
         ({"d": [0.1, 2.0], "h": 0.5}, "h"),
+        ({"d": [0.5, 0.5, 0.9]}, "d: should be one length, or two"),
+        ({"h": [1.0, 1.0, 1.0]}, "h: should be one length, or two"),
     ],
 )
 def test_bad_input_names_the_argument(change, word):

@@ -150,6 +150,18 @@ def test_what_a_vesc_does_not_have_is_blank_or_left_out(tmp_path):
     assert [flaw.channel for flaw in log.flaws if flaw.kind == "dead"] == ["temp_motor"]
 
 
+@pytest.mark.parametrize("encoding", ["latin-1", "utf-16"])
+def test_words_of_any_encoding_are_told_as_they_stand(tmp_path, encoding):
+    path = tmp_path / "log.csv"
+    path.write_bytes("time_s,speed_mps\n0,1\n1,2\n2,été\n".encode(encoding))
+    with pytest.raises(InputError, match=r"speed_mps, row 3: .*number: 'été'"):
+        read_log(path)
+    path.write_bytes("time_s,état\n0,1\n1,é,2\n2,3\n".encode(encoding))
+    with pytest.raises(InputError, match="row 2: should have 2 fields") as told:
+        read_log(path)
+    assert told.value.hint.endswith("1,é,2")
+
+
 # Column maps
 
 MAP = """

@@ -14,6 +14,7 @@ from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.report.figures import plot_cycles, plot_gap, plot_overlay
 from rcc_sim.report.plots import COLOURS, plot_run, save
 from rcc_sim.similitude.dimensionless import dimensionless_trace
+from rcc_sim.trace import read_trace
 from tests.program import rccsim
 from tests.report.made import NASTY, diagnosis_report
 
@@ -145,7 +146,7 @@ def test_a_scaled_cycle_keeps_its_points_in_both_curves():
 
 def test_an_imposed_drive_of_two_sizes_is_one_line_in_pi_space(folder):
     runs = {
-        name: dimensionless_trace(str(folder / file), load_vehicle(name))
+        name: dimensionless_trace(read_trace(folder / file), load_vehicle(name))
         for name, file in (("rcc", "small.csv"), ("r1t", "large.csv"))
     }
     speed = plot_overlay(runs).axes[0]

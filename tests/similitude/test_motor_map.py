@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 from similar import car, truck
 
-from rcc_sim.definitions.cycle import parse_cycle
+from rcc_sim.definitions.cycle import Cycle, parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.errors import InputError
-from rcc_sim.similitude.envelope import envelope_of
+from rcc_sim.similitude.envelope import envelope_of, speed_limits
 from rcc_sim.similitude.motor_map import efficiency_of_losses, motor_map
 from rcc_sim.similitude.motor_plot import draw, picture_format
+from rcc_sim.simulate.run import simulate
 
 
 def test_the_efficiency_is_shaft_power_over_shaft_power_and_losses():
@@ -70,9 +71,20 @@ def test_the_voltage_takes_the_torque_near_the_no_load_speed():
     fast = car(controller={"max_electrical_speed_radps": 1e5})
     envelope = envelope_of(fast)
     assert envelope.speed.by == "battery voltage"
-    assert envelope.speed.value == pytest.approx(3300 * 12 * 2 * math.pi / 60)
+    assert envelope.speed.value == pytest.approx(12 / 3**0.5 / (2 * 0.887e-3))
     assert envelope.torque_at(envelope.speed.value) == pytest.approx(0)
     assert envelope.torque_at(0.0) == pytest.approx(50 * 1.5 * 2 * 0.887e-3)
+    without = fast.changed(without=("drivetrain_damping",))  # nothing left to overcome
+    ask = Cycle("up", np.array([0.0, 60.0, 200.0]), np.array([0.0, 20.0, 20.0]))
+    reached = simulate(without, ask).trace["motor_speed_radps"].max()
+    assert reached == pytest.approx(envelope.speed.value, rel=1e-3)
+
+
+def test_without_a_flux_linkage_the_voltage_holds_by_the_motors_kv():
+    motor = {"flux_linkage_wb": None, "velocity_constant_rpm_per_v": 3300}
+    assert speed_limits(car(motor=motor))["battery voltage"] == pytest.approx(
+        3300 * 12 * 2 * math.pi / 60
+    )
 
 
 def test_a_measured_map_is_read_where_the_vehicle_names_one(tmp_path):

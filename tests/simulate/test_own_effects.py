@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rcc_sim.definitions import own_effects
 from rcc_sim.definitions.catalogue import effect_row, effect_rows, flat_effect
 from rcc_sim.definitions.cycle import Cycle
 from rcc_sim.definitions.vehicle import load_vehicle
@@ -179,6 +180,22 @@ def test_a_vehicle_file_names_effects_that_lie_beside_it(tmp_path):
     assert "own" in mine.known and "own" not in load_vehicle("rcc").known
     assert pickle.loads(pickle.dumps(mine)) == mine
     assert "own" not in mine.changed(without=("own",)).effects
+
+
+def test_a_value_that_comes_from_elsewhere_names_the_machine_code(tmp_path):
+    body = (
+        "from pathlib import Path\n"
+        "K = float(Path(__file__).with_name('k.txt').read_text())\n"
+        "def force(size):\n    return K * size"
+    )
+    path = written(tmp_path, body)
+    lost = []
+    for value in ("0.2", "20"):
+        (tmp_path / "k.txt").write_text(value)
+        own_effects._of_source.cache_clear()  # as in another process
+        run = simulate(with_own(car(), path, size=0.1), CYCLE, engine="compiled")
+        lost.append(run.ledger["own"])
+    assert lost[1] == pytest.approx(100 * lost[0], rel=0.02)
 
 
 def test_an_installed_plugin_is_known_by_its_id(tmp_path, monkeypatch):

@@ -1,10 +1,14 @@
 """Slope of the road."""
 
 import math
+from typing import Any
 
 from rcc_sim.jit import jit
 from rcc_sim.physics.effect import Effect, Param, Sought
 from rcc_sim.units import G
+
+STEEPEST = 0.35
+"""Rise over way beyond which no road is, but a fault of its altimeter. [1]"""
 
 
 @jit
@@ -29,6 +33,11 @@ def climbed(way, slope):
     if slope == 0.0:
         return 0.0
     return way * slope / math.sqrt(1.0 + slope * slope)
+
+
+def rise_over_run(rise: Any, way: Any) -> Any:
+    """Slope tan θ = Δh / sqrt(Δs² - Δh²) of rises over the way along the road. [1]"""
+    return rise / (way**2 - rise**2) ** 0.5
 
 
 EFFECT = Effect(
