@@ -17,7 +17,8 @@ from rcc_sim.diagnose.judge.verdict import of_another
 from rcc_sim.errors import InputError
 from rcc_sim.readers.car import ratios
 from rcc_sim.readers.log import Log
-from rcc_sim.trace import Trace
+from rcc_sim.trace import Trace, write_trace
+from tests.program import rccsim
 
 FEW = [CAR, ROVER, TRUCK, SEDAN]
 G = 9.80665
@@ -96,6 +97,7 @@ UNITS = [
     ("accel_y_mps2", 1 / G),
     ("accel_x_mps2", 1000 / G),
     ("motor_speed_radps", 30 / np.pi),
+    ("motor_current_a", 1000.0),
     ("battery_voltage_v", 1000.0),
     ("battery_current_a", 1000.0),
     ("battery_power_w", 0.001),
@@ -121,6 +123,43 @@ def test_a_wrong_unit_is_found_with_its_mend_and_no_other_is(drive, channel, fac
     assert finding.factor == pytest.approx(1 / factor, rel=1e-3)
     assert grave(checked) == [finding]
     assert checked.unusable == (channel,)
+
+
+BARE = ("time_s", "speed_mps", "speed_ref_mps")
+
+
+@pytest.mark.parametrize("drive", FEW, ids=lambda d: d[0])
+@pytest.mark.parametrize("factor", [1000.0, 0.001], ids=["thousand", "thousandth"])
+@pytest.mark.parametrize(
+    ("channel", "beside"),
+    [("battery_power_w", ()), ("battery_current_a", ("battery_voltage_v",))],
+)
+def test_power_alone_in_another_unit_is_no_clock_in_another(
+    drive, factor, channel, beside
+):
+    log = logged(*drive)
+    few = {name: log[name] for name in (*BARE, channel, *beside) if name in log}
+    few[channel] = few[channel] * factor
+    checked = check_log(Trace(few, name="few"), load_vehicle(drive[0]))
+    assert checked.unusable == (channel,)
+    (finding,) = found(checked, "unit", channel)
+    assert finding.factor == pytest.approx(1 / factor)
+
+
+def test_of_two_likely_mistakes_the_same_is_named_in_every_process(tmp_path):
+    log = with_fault(logged(*CAR), "battery_current_a", lambda x: x * 1000)
+    few = (*BARE, "motor_speed_radps", "battery_voltage_v", "battery_current_a")
+    with (tmp_path / "log.csv").open("wb") as file:
+        write_trace(Trace({c: log[c] for c in few}, name="few"), file)
+    told = {
+        rccsim(
+            *("check", "log.csv", "--vehicle", CAR[0], "--csv"),
+            cwd=tmp_path,
+            env={"PYTHONHASHSEED": str(seed)},
+        ).stdout
+        for seed in range(4)
+    }
+    assert len(told) == 1
 
 
 @pytest.mark.parametrize("drive", FEW, ids=lambda d: d[0])

@@ -110,13 +110,13 @@ def _likeliest(
     kept: list[tuple[Mistake, ...]] = [()]
     costs: dict[tuple[Mistake, ...], float] = {(): _cost(found, ())}
     for _ in range(MOST):
-        wider = {
+        wider = (
             tuple(sorted((*some, m), key=known.index))
             for some in kept
             for m in known
             if all(m.factors.keys().isdisjoint(o.factors) for o in some)
-        }
-        more = {some: _cost(found, some) for some in wider}
+        )  # in the order of what is usual: of two that cost the same the first is taken
+        more = {some: _cost(found, some) for some in dict.fromkeys(wider)}
         costs |= more
         kept = sorted(more, key=lambda some: more[some])[:KEPT]
         if not kept or more[kept[0]] > min(costs.values()) + BROKEN:

@@ -241,7 +241,8 @@ def _together(
     stays = {c: columns[c] for c in MAY_STAY if c in columns}
     windows = means(seconds, stays | live)
     known = relations(windows, vehicle)
-    findings = _in_step(blame(known, _timed(live | stays), vehicle), clocks) + clocks
+    judged = live | stays | {"time_s": seconds}
+    findings = _in_step(blame(known, judged, vehicle), clocks) + clocks
     if twin:
         what = "is wrong as speed_mps is: both are of motor_speed_erpm"
         findings += [
@@ -275,7 +276,3 @@ def _in_step(findings: list[Finding], clocks: list[Finding]) -> list[Finding]:
     if "yaw_rate_radps" in shifted:
         shifted.add("accel_y_mps2")
     return [f for f in findings if f.kind != "sign" or f.channel not in shifted]
-
-
-def _timed(columns: dict[str, Array]) -> dict[str, Array]:
-    return columns | {"time_s": np.zeros(1)}

@@ -49,6 +49,7 @@ UNITS: dict[str, tuple[tuple[float, str], ...]] = {
     "accel_y_mps2": ((1 / G, "g"), (1000 / G, "mg"), (100.0, "cm/s²")),
     "motor_speed_radps": ((RPM, "rpm"),),
     "motor_torque_nm": ((1000.0, "mN m"), (100.0, "N cm")),
+    "motor_current_a": ((1000.0, "mA"), (0.001, "kA")),
     "battery_voltage_v": ((1000.0, "mV"), (0.001, "kV")),
     "battery_current_a": ((1000.0, "mA"), (0.001, "kA")),
     "battery_power_w": ((0.001, "kW"), (1000.0, "mW")),
@@ -76,8 +77,14 @@ TOGETHER = {
 """Channels that one display, one habit or one chip gives in the same wrong unit, and
 how much more usual that is than the first of them alone."""
 
-LARGE = {"battery_voltage_v": 1500.0, "battery_current_a": 1500.0}
+LARGE = dict.fromkeys(
+    ("battery_voltage_v", "battery_current_a", "motor_current_a"), 1500.0
+)
 """What a channel must reach before thousandths of its unit are believed. [V], [A]"""
+
+
+QUICKEST = 5e-4
+"""Least time between a car's rows that is believed of a clock in another unit. [s]"""
 
 
 def mistakes(columns: Columns, vehicle: Vehicle | None) -> list[Mistake]:
@@ -90,8 +97,9 @@ def mistakes(columns: Columns, vehicle: Vehicle | None) -> list[Mistake]:
         if name not in columns or (name == "speed_mps" and by_poles):
             continue
         small = size_of(columns[name]) < LARGE.get(name, 0.0)
+        row = float(np.median(np.diff(columns[name]))) if name == "time_s" else np.inf
         for rank, (factor, words) in enumerate(units):
-            if small and factor > 1:
+            if (small and factor > 1) or row / factor < QUICKEST:
                 continue
             out.append(Mistake(name, "unit", factor, words, 1.0 - 0.2 * rank))
     if vehicle is not None and "motor_speed_radps" in columns:

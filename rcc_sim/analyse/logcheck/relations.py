@@ -17,6 +17,7 @@ from rcc_sim.analyse.logcheck.relations_of_power import (
     power_relations,
     resting_relations,
 )
+from rcc_sim.definitions.kernel import motor_torque_constant
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.units import G
 
@@ -184,18 +185,26 @@ def _drive(m: Means, vehicle: Vehicle | None) -> list[Relation | None]:
 
 
 def _torque(c: Columns, rate: Array, vehicle: Vehicle | None) -> list[Relation | None]:
-    """Return what a motor's torque is of that which speeds the mass up."""
-    if vehicle is None or "motor_torque_nm" not in c or off_the_ground(c):
+    """Return what a motor's torque is of that which speeds the mass up.
+
+    As it was logged, and as the motor's constants make it of the current.
+    """
+    if vehicle is None or off_the_ground(c):
         return []
+    made_of = {"motor_torque_nm": ("motor torque", 1.0)}
+    if K_t := motor_torque_constant(vehicle):
+        made_of["motor_current_a"] = "motor current times torque constant", K_t
     return [
         slope(
-            "motor torque against mass times tyre radius times the change of speed by "
+            f"{what} against mass times tyre radius times the change of speed by "
             "gear ratio",
-            {"motor_torque_nm": 1, "speed_mps": -1, "time_s": 1},
-            c["motor_torque_nm"],
+            {name: 1, "speed_mps": -1, "time_s": 1},
+            c[name] * factor,
             rate * vehicle.body.mass_kg.value * vehicle.lever,
             loose=WORK,
             least=0.5,
             by_vehicle=True,
         )
+        for name, (what, factor) in made_of.items()
+        if name in c
     ]

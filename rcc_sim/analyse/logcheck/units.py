@@ -70,6 +70,7 @@ def by_size(columns: Columns, suspects: Sequence[str]) -> list[Finding]:
         "yaw_rate_radps": (25.0, DEG, "deg/s"),
         "battery_voltage_v": (2000.0, 1000.0, "mV"),
         "battery_current_a": (3000.0, 1000.0, "mA"),
+        "motor_current_a": (3000.0, 1000.0, "mA"),
         "speed_mps": (75.0, 3.6, "km/h: 270 km/h is no drive cycle's"),
         "motor_speed_radps": (7000.0, RPM, "rpm or ERPM: no motor turns that fast"),
         "accel_x_mps2": (150.0, 1000 / G, "mg"),
