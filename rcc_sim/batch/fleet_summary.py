@@ -178,7 +178,8 @@ def tied_with(ties: Sequence[Ties], effect: str) -> list[str]:
     """Return what most of the logs that name an effect cannot tell from it."""
     alike = [tied[effect] for tied in ties if effect in tied]
     count = Counter(name for some in alike for name in some)
-    return [name for name, n in count.most_common() if n > len(alike) / 2]
+    ranked = sorted(count.items(), key=lambda item: (-item[1], item[0]))
+    return [name for name, n in ranked if n > len(alike) / 2]
 
 
 def too_strong(rows: Sequence[Row], known: Collection[str]) -> list[str]:

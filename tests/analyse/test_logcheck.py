@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from drives import CAR, ROVER, SEDAN, SOUND, TRUCK, driven, logged, with_fault
@@ -18,7 +22,6 @@ from rcc_sim.errors import InputError
 from rcc_sim.readers.car import ratios
 from rcc_sim.readers.log import Log
 from rcc_sim.trace import Trace, write_trace
-from tests.program import rccsim
 
 FEW = [CAR, ROVER, TRUCK, SEDAN]
 G = 9.80665
@@ -152,12 +155,13 @@ def test_of_two_likely_mistakes_the_same_is_named_in_every_process(tmp_path):
     with (tmp_path / "log.csv").open("wb") as file:
         write_trace(Trace({c: log[c] for c in few}, name="few"), file)
     told = {
-        rccsim(
-            *("check", "log.csv", "--vehicle", CAR[0], "--csv"),
+        subprocess.run(
+            [sys.executable, "-m", "rcc_sim", "check", "log.csv", "--vehicle", CAR[0]],
+            capture_output=True,
             cwd=tmp_path,
-            env={"PYTHONHASHSEED": str(seed)},
+            env={**os.environ, "PYTHONHASHSEED": seed},
         ).stdout
-        for seed in range(4)
+        for seed in "01"
     }
     assert len(told) == 1
 

@@ -40,7 +40,7 @@ def near_to(one: Cause, held: Mapping[str, float], known: Sequence[Screened]) ->
     """Return a cause with the nats that others gained, or would to first order."""
     own = held.get(one.effect, 0.0)
     slopes = {effect: x * own for effect, x in shared(known, one.effect).items()}
-    most = {e: max(slopes.get(e, 0.0), held.get(e, 0.0)) for e in {*held, *slopes}}
+    most = {e: max(slopes.get(e, 0.0), held.get(e, 0.0)) for e in (*held, *slopes)}
     return replace(one, screened=most)
 
 
