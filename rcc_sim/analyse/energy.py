@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -126,16 +126,19 @@ def cumulative_energy(trace: Trace) -> Array:
         inside = trace.columns.get("energy_battery_resistance_j")
         cells = _without_gaps(trace, trace["battery_energy_j"], "battery_energy_j")
         return cells if inside is None else cells - inside
+    return _integral(trace, _battery_power(trace), "battery power")
+
+
+def _battery_power(trace: Trace) -> Array:
+    """Return the power at the battery's terminals, as logged, else V I. [W]"""
     if "battery_power_w" in trace:
-        power = trace["battery_power_w"]
-    elif "battery_voltage_v" in trace and "battery_current_a" in trace:
-        power = trace["battery_voltage_v"] * trace["battery_current_a"]
-    else:
-        raise InputError(
-            f"{trace.name}: no energy in it",
-            "it needs battery_power_w, or battery_voltage_v and battery_current_a",
-        )
-    return _integral(trace, power, "battery power")
+        return trace["battery_power_w"]
+    if "battery_voltage_v" in trace and "battery_current_a" in trace:
+        return trace["battery_voltage_v"] * trace["battery_current_a"]
+    raise InputError(
+        f"{trace.name}: no energy in it",
+        "it needs battery_power_w, or battery_voltage_v and battery_current_a",
+    )
 
 
 def cumulative_distance(trace: Trace) -> Array:
@@ -230,37 +233,24 @@ def battery_capacity(vehicle: Vehicle) -> float:
     return energy
 
 
-def scaled_report(
-    report: EnergyReport, from_: str | None, to: str | None
-) -> EnergyReport:
-    """Return a report of one vehicle at the size of another, by their π groups.
+def scaled_trace(trace: Trace, from_: str | None, to: str | None) -> Trace:
+    """Return a drive of one vehicle at the size of another, by their π groups.
+
+    Currents and voltages have no size: where they alone tell the battery's power, that
+    takes their place.
 
     Raises
     ------
     InputError
-        If only one of the two vehicles is named.
+        If only one of the two vehicles is named, or the trace holds no energy.
     """
     if from_ is None or to is None:
         raise InputError("--from and --to: both are needed to change the size")
+    columns = dict(trace.columns)
+    if "battery_energy_j" not in trace:
+        columns["battery_power_w"] = _battery_power(trace)
     scales = Scales.between(load_vehicle(to), load_vehicle(from_))
-    energy, length, time = (scales.of(q).value for q in ("energy", "length", "time"))
-    return replace(
-        report,
-        name=f"{report.name} (as {to})",
-        energy_wh=report.energy_wh * energy,
-        distance_m=report.distance_m * length,
-        duration_s=report.duration_s * time,
-        ledger={sink: wh * energy for sink, wh in report.ledger.items()},
-        regimes=tuple(
-            Regime(
-                r.name,
-                r.time_s * time,
-                r.distance_m * length,
-                r.energy_wh * energy,
-            )
-            for r in report.regimes
-        ),
-    )
+    return Trace(scales.columns(columns)[0], name=f"{trace.name} (as {to})")
 
 
 def compared(reports: Sequence[EnergyReport]) -> list[dict[str, Any]]:

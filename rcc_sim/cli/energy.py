@@ -73,16 +73,19 @@ def energy(
     --vehicle each figure of a simulated trace has its interval: the draws of the
     vehicle's file are driven along the trace.
     """
-    from rcc_sim.analyse.energy import energy_report, scaled_report
+    from rcc_sim.analyse.energy import energy_report, scaled_trace
+    from rcc_sim.errors import InputError
     from rcc_sim.trace import read_trace
 
     drives = [read_trace(name) for name in traces]
+    if draws is not None and (from_ or to):
+        raise InputError("--from and --to: do not go with --draws")
+    if from_ or to:
+        drives = [scaled_trace(drive, from_, to) for drive in drives]
     if draws is not None:
         _intervals(drives, vehicle, draws, seed, json=json, csv=csv, output=output)
         return
     reports = [energy_report(drive) for drive in drives]
-    if from_ or to:
-        reports = [scaled_report(report, from_, to) for report in reports]
     if plot is not None:
         from rcc_sim.report.plots import plot_energy, save
 
@@ -105,6 +108,21 @@ def energy(
     for drive in drives:
         if "battery_power_w" in drive:
             sketch(f"{drive.name} power", drive["battery_power_w"].tolist(), "W")
+    if from_ and to:
+        _tell_likeness(from_, to)
+
+
+def _tell_likeness(from_: str, to: str) -> None:
+    """Say by which groups two vehicles differ, whose energies then do as well."""
+    from rcc_sim.definitions.vehicle import load_vehicle
+    from rcc_sim.similitude.pi import DIFFER, compare
+
+    pair = compare([load_vehicle(from_), load_vehicle(to)])
+    if any(row.verdict == DIFFER for row in pair.groups):
+        say(
+            f"note: it is the energy of {from_} at the size of {to}, not that of {to}: "
+            f"{pair.verdict()}"
+        )
 
 
 def _intervals(

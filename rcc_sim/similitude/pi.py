@@ -202,7 +202,11 @@ class Comparison:
         """Return the table: one row a group."""
         rows = []
         for row in (*self.groups, *self.more):
-            cells: dict[str, Any] = {"group": row.name, "formula": row.formula}
+            cells: dict[str, Any] = {
+                "group": row.name,
+                "what": row.what,
+                "formula": row.formula,
+            }
             for label, value in zip(_labels(self.names), row.values, strict=True):
                 cells |= {
                     label: value and value.value,
@@ -211,9 +215,7 @@ class Comparison:
                 }
             if self.scales:
                 cells["ratio_or_scale"] = row.ratio
-                cells["verdict"] = (
-                    row.verdict if row.constant else "varies; scale given"
-                )
+                cells["verdict"] = row.verdict if row.constant else "varies"
             rows.append(cells)
         return rows
 
@@ -229,7 +231,8 @@ class Comparison:
             named = ("length", "speed", "time", "force", "power", "energy_per_distance")
             factors = ", ".join(f"{n} {scales.of(n).value:.4g}" for n in named)
             names = f"{scales.second.name} × scale = {scales.first.name}"
-            lines.append(f"scales ({names}): {factors}")
+            by = "" if self.repeating == REPEATING else f" by {', '.join(REPEATING)}"
+            lines.append(f"scales{by} ({names}): {factors}")
         if self.scales:
             lines.append(self.verdict())
         return [*lines, *(f"note: {note}" for note in self.notes)]
@@ -261,7 +264,7 @@ def compare(
     figures = [figures_of(vehicle) for vehicle in vehicles]
     scales = tuple(Scales.between(vehicles[0], other) for other in vehicles[1:])
     groups = tuple(
-        _group_row(group, figures, scales, tolerance) for group in pi_groups(repeating)
+        _group_row(group, figures, tolerance) for group in pi_groups(repeating)
     )
     more = tuple(
         _row(
@@ -286,9 +289,7 @@ def compare(
     )
 
 
-def _group_row(
-    group: Group, figures: list[Figures], scales: tuple[Scales, ...], tolerance: float
-) -> Row:
+def _group_row(group: Group, figures: list[Figures], tolerance: float) -> Row:
     if group.constant:
         return _row(
             group.name,
@@ -298,7 +299,6 @@ def _group_row(
             figures,
             tolerance,
         )
-    scale = scales[0].factor(group.variable.dimension).value if scales else None
     return Row(
         name=group.name,
         formula=group.formula,
@@ -307,10 +307,22 @@ def _group_row(
         values=(None,) * len(figures),
         guesses=(False,) * len(figures),
         verdict="",
-        ratio=scale,
+        ratio=_scale(group, *figures[:2]) if len(figures) > 1 else None,
         note="varies over a drive; --trace writes it over time",
         exponents=group.exponents,
     )
+
+
+def _scale(group: Group, first: Figures, second: Figures) -> float | None:
+    """Return what a group that varies makes of its variable, from second to first.
+
+    The group being the same, it is the ratio of the repeating variables that are in it.
+    """
+    powers = dict(group.exponents)
+    own = powers.pop(group.variable.symbol)
+    powers = {symbol: -exponent / own for symbol, exponent in powers.items()}
+    mine, others = product(first, powers), product(second, powers)
+    return None if mine is None or others is None else mine.over(others).value
 
 
 def _row(

@@ -3,9 +3,17 @@
 import numpy as np
 import pytest
 
-from rcc_sim.analyse.energy import compared, energy_report, kinds_of_driving
+from rcc_sim.analyse.energy import (
+    compared,
+    energy_report,
+    kinds_of_driving,
+    scaled_trace,
+)
+from rcc_sim.definitions.cycle import Cycle
+from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.errors import InputError
 from rcc_sim.report.energy_page import regime_spans
+from rcc_sim.simulate.run import simulate
 from rcc_sim.trace import Trace
 
 T = np.arange(0.0, 60.0, 0.5)
@@ -44,6 +52,34 @@ def test_steps_whose_speed_is_not_known_are_of_no_kind():
     assert {span.name for span in regime_spans(log)} <= {
         "standstill", "acceleration", "cruise", "deceleration", "speed unknown",
     }  # fmt: skip
+
+
+@pytest.mark.parametrize("told", ["power", "volts and amperes", "ledger"])
+def test_a_drive_at_another_size_is_the_scaled_one_in_every_row(told):
+    run = simulate(load_vehicle("rcc"), Cycle("c", T / 4, V / 4)).trace
+    energy = {
+        "ledger": [c for c in run.columns if c.endswith("_j")],
+        "power": ["battery_power_w"],
+        "volts and amperes": ["battery_voltage_v", "battery_current_a"],
+    }[told]
+    small = Trace({c: run[c] for c in ("time_s", "speed_mps", "distance_m", *energy)})
+    large = scaled_trace(small, "rcc", "r1t")
+    car, truck = load_vehicle("rcc").figures(), load_vehicle("r1t").figures()
+    m, force = (
+        truck[k].value / car[k].value
+        for k in ("body.mass_kg", "tyres.front_cornering_stiffness_n_per_rad")
+    )
+    length = load_vehicle("r1t").wheelbase / load_vehicle("rcc").wheelbase
+    mine, others = energy_report(small), energy_report(large)
+    assert others.energy_wh == pytest.approx(mine.energy_wh * force * length)
+    assert others.duration_s == pytest.approx(
+        mine.duration_s * (m * length / force) ** 0.5
+    )
+    assert large["speed_mps"] == pytest.approx(
+        small["speed_mps"] * (force * length / m) ** 0.5
+    )
+    assert large["distance_m"] == pytest.approx(small["distance_m"] * length)
+    assert [r.name for r in others.regimes] == [r.name for r in mine.regimes]
 
 
 def test_a_change_is_a_share_of_the_size_of_what_was_first():

@@ -57,6 +57,17 @@ def test_the_verdict_names_what_differs_and_what_agrees():
     assert "pi_13 (ratio 2.5)" in comparison.verdict()
 
 
+def test_scales_hold_the_groups_of_the_repeating_variables_that_were_chosen():
+    of_B = by_name(compare([car(), truck()], ("m", "l", "B")))
+    m, l_, B = (
+        figures_of(car()).known[s].value / figures_of(truck()).known[s].value
+        for s in ("m", "l", "B")
+    )
+    assert of_B["pi_2"].ratio == pytest.approx(B**2 / (m**2 * l_**3))
+    assert of_B["pi_8"].ratio == pytest.approx(m * l_**2 / B)
+    assert of_B["pi_9"].ratio == pytest.approx(B / (m * l_))
+
+
 def test_what_a_vehicle_does_not_state_is_null_with_the_reason():
     bare = car()
     bare = bare.changed(without=("rotor_inertia", "drivetrain_damping"))
