@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -86,33 +87,46 @@ class Report:
     run: Mapping[str, Any] = field(default_factory=dict)
 
 
-SHORTEST = 0.002
-"""Share of a drive below which a change of regime is not shaded."""
+PARTS = 1000
+"""Parts of a drive that a page has room to shade."""
 
 
 def spans_of(
     time: NDArray[np.float64], kinds: NDArray[np.intp], names: Sequence[str]
 ) -> tuple[Span, ...]:
-    """Return stretches of one kind; one too short to see joins the one before.
+    """Return stretches of one kind; where some are too short to see, ``PARTS`` at most.
+
+    Each part is then of the kind in its middle: the shares stay right.
 
     Parameters
     ----------
     time : ndarray, shape (n,)
         Rows of the log. [s]
     kinds : ndarray of int, shape (n,) or (n - 1,)
-        Which of ``names`` each row, or each step to the next, is.
+        Which of ``names`` each row, or each step to the next, is; -1 is the last.
     """
     if len(time) < 2:
         return ()
-    kinds = kinds[: len(time) - 1]
-    starts = np.concatenate([[0], np.flatnonzero(np.diff(kinds)) + 1])
-    ends = np.append(starts[1:], len(kinds))
-    least = SHORTEST * float(time[-1] - time[0])
-    spans: list[Span] = []
-    for a, b in zip(starts.tolist(), ends.tolist(), strict=True):
-        name, end = names[int(kinds[a])].replace("_", " "), float(time[b])
-        if spans and (name == spans[-1].name or end - float(time[a]) < least):
-            spans[-1] = Span(spans[-1].start_s, end, spans[-1].name)
-        else:
-            spans.append(Span(float(time[a]), end, name))
-    return tuple(spans)
+    kinds = kinds[: len(time) - 1] % len(names)
+    edges = _edges(kinds)
+    if np.diff(time[edges]).min() < (time[-1] - time[0]) / PARTS:
+        time, kinds = _sampled(time, kinds)
+        edges = _edges(kinds)
+    return tuple(
+        Span(float(time[a]), float(time[b]), names[int(kinds[a])].replace("_", " "))
+        for a, b in pairwise(edges)
+    )
+
+
+def _edges(kinds: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Return where each stretch of one kind starts, and where the last ends."""
+    return np.concatenate([[0], np.flatnonzero(np.diff(kinds)) + 1, [len(kinds)]])
+
+
+def _sampled(
+    time: NDArray[np.float64], kinds: NDArray[np.intp]
+) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
+    """Return the edges of ``PARTS`` parts, and the kind in the middle of each."""
+    edges = np.linspace(time[0], time[-1], PARTS + 1)
+    middle = 0.5 * (edges[1:] + edges[:-1])
+    return edges, kinds[np.searchsorted(time, middle, side="right") - 1]
