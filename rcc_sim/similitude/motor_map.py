@@ -39,9 +39,11 @@ class MotorMap:
     made_of : str
         "loss terms", "measured map" or "constant efficiency".
     torque, speed : ndarray, shape (n,), (k,)
-        Torque that the shaft hands on [N m], and its speed [rad/s].
+        Torque of the motor, its own drag in it, as ``motor_torque_nm`` of a run and
+        as its limits hold [N m], and its speed [rad/s].
     efficiency : ndarray, shape (n, k)
-        Shaft power over electrical power; NaN outside the envelope. [1]
+        Power handed on over electrical power; NaN outside the envelope, and nil where
+        the drag takes it all. [1]
     envelope : Envelope
         The motor's own.
     against : Overlay or None
@@ -113,8 +115,8 @@ def motor_map(
 ) -> MotorMap:
     r"""Return a motor's efficiency map, with another vehicle's drive scaled onto it.
 
-    .. math:: \eta = \frac{\tau\omega}{(\tau + \tau_{drag})\omega
-        + \frac{3}{2} R ((\tau + \tau_{drag})/K_t)^2}
+    .. math:: \eta = \frac{(\tau - \tau_{drag})\omega}{\tau\omega
+        + \frac{3}{2} R (\tau/K_t)^2}
 
     with the drag of damping, friction and iron at the shaft; or the vehicle's measured
     map, or its constant efficiency.
@@ -185,14 +187,19 @@ def _efficiency(vehicle: Vehicle, torque: Array, speed: Array) -> tuple[Array, s
 
 
 def efficiency_of_losses(vehicle: Vehicle, tau: Array, omega: Array) -> Array:
-    """Return shaft power over electrical power of a motor from its loss terms.
+    """Return power handed on over electrical power of a motor, from its loss terms.
 
     Parameters
     ----------
     vehicle : Vehicle
         Must state poles, flux linkage and phase resistance.
     tau, omega : ndarray
-        Torque that the shaft hands on [N m] and its speed [rad/s]; broadcast.
+        Torque of the motor, drag and all [N m], and its speed [rad/s]; broadcast.
+
+    Returns
+    -------
+    efficiency : ndarray
+        Nil where the drag takes it all. [1]
 
     Raises
     ------
@@ -205,8 +212,8 @@ def efficiency_of_losses(vehicle: Vehicle, tau: Array, omega: Array) -> Array:
     K_t = motor_torque_constant(vehicle)
     if K_t is None:
         raise InputError(f"{vehicle.where}: motor.poles: missing ({why})")
-    turning = tau + shaft_drag(vehicle, omega)
-    P_in = turning * omega + copper_power(q_current(turning, K_t), R)
-    P_out = tau * omega
-    eta: Array = np.divide(P_out, P_in, out=np.zeros(P_in.shape), where=P_in > 0)
+    P_in = tau * omega + copper_power(q_current(tau, K_t), R)
+    P_out = (tau - shaft_drag(vehicle, omega)) * omega
+    some = (P_in > 0) & (P_out > 0)
+    eta: Array = np.divide(P_out, P_in, out=np.zeros(P_in.shape), where=some)
     return eta

@@ -46,7 +46,7 @@ def draw(result: MotorMap, file: IO[bytes], picture: str) -> None:
     if result.against is not None:
         _other(axes, result.against)
     axes.set_xlabel("shaft speed [rad/s]")
-    axes.set_ylabel("shaft torque [N m]")
+    axes.set_ylabel("motor torque [N m]")
     axes.set_ylim(bottom=0)
     axes.set_title(f"{result.vehicle}: motor efficiency, {result.made_of}")
     axes.legend(loc="upper right", fontsize=8)

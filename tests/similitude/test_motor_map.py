@@ -22,8 +22,17 @@ def test_the_efficiency_is_shaft_power_over_shaft_power_and_losses():
     tau, omega = 0.05, 1000.0
     turning = tau + 1.17e-5 * omega
     copper = 1.5 * 0.0195 * (turning / (1.5 * 2 * 0.887e-3)) ** 2
-    eta = efficiency_of_losses(car(), np.array(tau), np.array(omega))
+    eta = efficiency_of_losses(car(), np.array(turning), np.array(omega))
     assert eta == pytest.approx(tau * omega / (turning * omega + copper))
+    less = efficiency_of_losses(car(), np.array(1.16e-5 * omega), np.array(omega))
+    assert less == 0.0  # the drag takes it all
+
+
+def test_no_point_of_a_map_takes_more_current_than_the_controller_gives():
+    result = motor_map(car())
+    inside = np.isfinite(result.efficiency).any(axis=1)
+    current = result.torque[inside] / (1.5 * 2 * 0.887e-3)
+    assert current.max() == pytest.approx(50.0)
 
 
 def test_no_point_of_a_map_gains_power():
