@@ -49,7 +49,11 @@ def inertia(
     """
     from rcc_sim.identify.bifilar import yaw_inertia
 
-    T, T_sd = _periods(period, period_sd, log)
+    hung = (mass, spacing, length)
+    T, T_sd = _periods(period, period_sd, log, hung)
+    if log is not None and amplitude is not None:
+        warn("--amplitude: not needed, the log tells that of each swing")
+        amplitude = None
     result = yaw_inertia(
         mass,
         T,
@@ -72,10 +76,13 @@ def inertia(
 
 
 def _periods(
-    period: list[float] | None, period_sd: float, log: str | None
+    period: list[float] | None,
+    period_sd: float,
+    log: str | None,
+    hung: tuple[float, float, float],
 ) -> tuple[Any, Any]:
     from rcc_sim.errors import InputError
-    from rcc_sim.identify.bifilar import oscillation_period
+    from rcc_sim.identify.bifilar import lengthening, oscillation_period
 
     if (log is None) == (not period):
         raise InputError(
@@ -87,7 +94,10 @@ def _periods(
     from rcc_sim.trace import read_trace
 
     trace = read_trace(log)
-    found = oscillation_period(trace["time_s"], trace["yaw_rate_radps"])
+    swings = trace["time_s"], trace["yaw_rate_radps"]
+    mass, spacing, length = hung
+    about = oscillation_period(*swings).T
+    found = oscillation_period(*swings, lengthening(mass, about, spacing, length))
     for text in found.warnings:
         warn(text)
     return found.periods, found.period_sds

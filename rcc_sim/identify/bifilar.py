@@ -8,16 +8,23 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rcc_sim.errors import InputError, require_metres, require_positive
-from rcc_sim.identify.pendulum import finite_swing_inertia, small_swing_inertia
+from rcc_sim.identify.pendulum import (
+    finite_swing_inertia,
+    small_swing_inertia,
+    swing_period,
+)
 from rcc_sim.identify.uncertainty import mean_of_repeats, propagate, require_sd
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from rcc_sim.identify.oscillation import OscillationPeriod
+    from rcc_sim.identify.oscillation import Lengthening, OscillationPeriod
 
 LONGEST_PERIOD = 20.0
 """Longest period of one swing that is believable. [s]"""
+
+WIDEST = 1.0
+"""Amplitude up to which a log's swings are followed. [rad]"""
 
 LARGE_SWING = math.radians(20)
 """Amplitude from which a swing is worth a warning. [rad]"""
@@ -193,7 +200,43 @@ def yaw_inertia(
     )
 
 
-def oscillation_period(time_s: ArrayLike, yaw_rate: ArrayLike) -> OscillationPeriod:
+def lengthening(
+    m: float,
+    T: float,
+    d: float | Sequence[float],
+    h: float | Sequence[float],
+) -> Lengthening:
+    """Return how much longer a swing takes than a small one, by its amplitude.
+
+    Parameters
+    ----------
+    m, T : float
+        Mass on the wires, and period, about. [kg], [s]
+    d, h : float or sequence of two
+        As in `yaw_inertia`. [m]
+
+    Returns
+    -------
+    longer : callable
+        Of amplitudes [rad]; exact (`pendulum.swing_period`) up to ``WIDEST``, or to
+        nearly what the wires reach.
+    """
+    import numpy as np
+
+    spacings, lengths = _one_or_two("d", d), _one_or_two("h", h)
+    wires = spacings[0], sum(lengths) / len(lengths)
+    I_z = small_swing_inertia(m, T, *wires, spacings[-1])
+    reach = 2 * math.asin(min(wires[1] / math.sqrt(wires[0] * spacings[-1]), 1.0))
+    some = np.linspace(0.0, min(WIDEST, 0.9 * reach), 31)[1:]
+    periods = [swing_period(I_z, m, *wires, x, spacings[-1]) for x in some.tolist()]
+    ratios = np.array([1.0, *periods]) / np.array([1.0, *[T] * len(periods)])
+    squares = np.array([0.0, *some**2])
+    return lambda amplitude: np.interp(amplitude**2, squares, ratios)
+
+
+def oscillation_period(
+    time_s: ArrayLike, yaw_rate: ArrayLike, longer: Lengthening | None = None
+) -> OscillationPeriod:
     r"""Period of the free swings in the log of a gyro.
 
     Each swing is found by its regular zero crossings and fitted by least squares with
@@ -211,6 +254,10 @@ def oscillation_period(time_s: ArrayLike, yaw_rate: ArrayLike) -> OscillationPer
         Time, strictly increasing. [s]
     yaw_rate : array_like, shape (n,)
         Yaw rate in any one unit; NaN where missing. [rad/s]
+    longer : callable, optional
+        How much longer a swing of an amplitude [rad] takes than a small one
+        (`lengthening`): the periods are then those of small swings. The rate must be
+        in rad/s for it.
 
     Returns
     -------
@@ -230,7 +277,13 @@ def oscillation_period(time_s: ArrayLike, yaw_rate: ArrayLike) -> OscillationPer
     from rcc_sim.identify.series import finite_rows
 
     t, (rate,) = finite_rows(time_s, yaw_rate=yaw_rate)
-    swings, warnings = find_swings(t, rate)
+    swings, warnings = find_swings(t, rate, longer)
+    widest = max(s.angle_start for s in swings)
+    if longer is not None and widest > LARGE_SWING:
+        warnings += (
+            f"a swing starts at {math.degrees(widest):.2g}°: followed exactly to "
+            f"{math.degrees(LARGE_SWING):.2g}°, a little less so beyond",
+        )
     mean = mean_of_repeats([s.T for s in swings], [s.T_sd for s in swings])
     if mean.excess:
         warnings += (

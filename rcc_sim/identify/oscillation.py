@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -10,6 +11,7 @@ import numpy as np
 
 from rcc_sim.errors import InputError
 from rcc_sim.identify.series import Array, correlation_time, r_squared
+from rcc_sim.trace import integral_of
 
 THRESHOLD = 0.12
 """Part of the log's largest rate below which a sample is near zero. [1]"""
@@ -34,6 +36,9 @@ ROWS_MIN = 12
 
 WINDOWS = (1, 3, 9, 27, 81)
 """Rows of the moving means through which swings are looked for. [1]"""
+
+ROUNDS, FINE = 4, 400
+"""Fits by which a wide swing's clock settles, and moments by which it is drawn. [1]"""
 
 OUTLIER = 6.0
 """Robust standard deviations beyond which a row is left out of the fit. [1]"""
@@ -115,7 +120,13 @@ class OscillationPeriod:
         return tuple(swing.T_sd for swing in self.swings)
 
 
-def find_swings(t: Array, rate: Array) -> tuple[list[Swing], tuple[str, ...]]:
+Lengthening = Callable[[Array], Array]
+"""Amplitude [rad] -> period over that of a small swing [1]."""
+
+
+def find_swings(
+    t: Array, rate: Array, longer: Lengthening | None = None
+) -> tuple[list[Swing], tuple[str, ...]]:
     """Every free swing of a log, fitted, and what a reader should know.
 
     Parameters
@@ -124,6 +135,8 @@ def find_swings(t: Array, rate: Array) -> tuple[list[Swing], tuple[str, ...]]:
         Time, strictly increasing. [s]
     rate : ndarray, shape (n,)
         Yaw rate. [rad/s]
+    longer : callable, optional
+        How much longer a wide swing takes: periods are then those of small swings.
 
     Returns
     -------
@@ -154,10 +167,17 @@ def find_swings(t: Array, rate: Array) -> tuple[list[Swing], tuple[str, ...]]:
         warnings += (
             f"{rejected} run(s) of half swings are no decaying sinusoid: left out",
         )
+    if longer is not None:
+        again = (_fit_swing(t, rate, *_of(s), longer) for s in fits)
+        fits = [new or old for new, old in zip(again, fits, strict=True)]
     outliers = sum(s.outliers for s in fits)
     if outliers:
         warnings += (f"{outliers} outlying row(s) were left out of the fit",)
     return fits, warnings
+
+
+def _of(swing: Swing) -> tuple[float, float, float]:
+    return swing.start_s, swing.end_s, swing.T_damped
 
 
 def _windows(rows: int) -> list[int]:
@@ -248,23 +268,28 @@ def _merged(
 
 
 def _fit_swing(
-    t: Array, rate: Array, start_s: float, end_s: float, period: float
+    t: Array,
+    rate: Array,
+    start_s: float,
+    end_s: float,
+    period: float,
+    longer: Lengthening | None = None,
 ) -> Swing | None:
     """Decaying sinusoid of one stretch; None where the fit fails."""
     inside = (t >= start_s) & (t <= end_s)
     x, y = t[inside] - start_s, rate[inside]
     if x.size < ROWS_MIN:
         return None
-    fit = _decaying_sinusoid(x, y, period)
-    residual = y - _model(fit, x)
+    fit, clock = _fitted(x, y, period, longer)
+    residual = y - _model(fit, x, clock)
     scale = 1.4826 * float(np.median(np.abs(residual)))
     keep = np.abs(residual) <= max(OUTLIER * scale, 1e-12 * float(np.max(np.abs(y))))
     if not keep.all() and keep.sum() >= ROWS_MIN:
         x, y = x[keep], y[keep]
-        fit = _decaying_sinusoid(x, y, period)
-        residual = y - _model(fit, x)
+        fit, clock = _fitted(x, y, period, longer)
+        residual = y - _model(fit, x, clock)
     T_d, decay, a, b, _ = fit
-    jacobian = _jacobian(fit, x)
+    jacobian = _jacobian(fit, x, clock)
     dof = x.size - fit.size
     try:
         covariance = np.linalg.inv(jacobian.T @ jacobian)
@@ -295,23 +320,49 @@ def _fit_swing(
     )
 
 
-def _decaying_sinusoid(x: Array, y: Array, period: float) -> Array:
+def _fitted(
+    x: Array, y: Array, period: float, longer: Lengthening | None
+) -> tuple[Array, Array]:
+    r"""Least-squares fit, and the clock [s] by which all its swings take as long.
+
+    A wide swing takes longer by L of its amplitude θ: by a clock that runs at 1/L,
+
+    .. math:: x' = \int_0^x dx / L(\theta_0 e^{-\sigma x})
+
+    all take what a small one does. θ₀ and σ are those of the fit before.
+    """
+    clock = x
+    fit = _decaying_sinusoid(x, y, period, clock)
+    for _ in range(ROUNDS if longer is not None else 0):
+        assert longer is not None
+        T_d, decay, a, b, _ = fit
+        fine = np.linspace(0.0, x[-1], FINE)
+        narrow = math.hypot(a, b) * T_d / (2 * math.pi) * np.exp(-decay * fine)
+        wide = narrow
+        for _ in range(ROUNDS):  # the rate tells it by the swing's own pace
+            wide = narrow * longer(wide)
+        clock = np.interp(x, fine, integral_of(fine, 1.0 / longer(wide)))
+        fit = _decaying_sinusoid(x, y, float(T_d), clock)
+    return fit, clock
+
+
+def _decaying_sinusoid(x: Array, y: Array, period: float, clock: Array) -> Array:
     """Least-squares (T_d, decay, a, b, c) from a first guess of the period."""
     from scipy.optimize import least_squares
 
     size = max(float(np.ptp(y)), 1e-300)
 
     def residual(p: Array) -> Array:
-        return (_model(p, x) - y) / size
+        return (_model(p, x, clock) - y) / size
 
     def jacobian(p: Array) -> Array:
-        return _jacobian(p, x) / size
+        return _jacobian(p, x, clock) / size
 
     low = [0.5 * period, -10 / period, -np.inf, -np.inf, -np.inf]
     high = [2 * period, np.inf, np.inf, np.inf, np.inf]
     fits = []
     for T in (period, 0.97 * period, 1.03 * period):
-        phase = 2 * np.pi * x / T
+        phase = 2 * np.pi * clock / T
         basis = np.column_stack([np.sin(phase), np.cos(phase), np.ones_like(x)])
         a, b, c = np.linalg.lstsq(basis, y, rcond=None)[0]
         fits.append(
@@ -326,18 +377,18 @@ def _decaying_sinusoid(x: Array, y: Array, period: float) -> Array:
     return np.asarray(min(fits, key=lambda fit: fit.cost).x, dtype=float)
 
 
-def _model(p: Array, x: Array) -> Array:
-    """Yaw rate at the times x: p = (T_d, decay, a, b, c)."""
+def _model(p: Array, x: Array, clock: Array) -> Array:
+    """Yaw rate at the times x, at that of its phase: p = (T_d, decay, a, b, c)."""
     T, decay, a, b, c = p
-    phase = 2 * np.pi * x / T
+    phase = 2 * np.pi * clock / T
     rate: Array = np.exp(-decay * x) * (a * np.sin(phase) + b * np.cos(phase)) + c
     return rate
 
 
-def _jacobian(p: Array, x: Array) -> Array:
+def _jacobian(p: Array, x: Array, clock: Array) -> Array:
     """Derivative of `_model` by its five parameters, shape (n, 5)."""
     T, decay, a, b, _ = p
-    phase = 2 * np.pi * x / T
+    phase = 2 * np.pi * clock / T
     envelope = np.exp(-decay * x)
     sine, cosine = envelope * np.sin(phase), envelope * np.cos(phase)
     by_T = (a * cosine - b * sine) * -phase / T

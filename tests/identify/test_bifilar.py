@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
 
 from rcc_sim.errors import InputError
-from rcc_sim.identify.bifilar import oscillation_period, yaw_inertia
+from rcc_sim.identify.bifilar import lengthening, oscillation_period, yaw_inertia
 from rcc_sim.identify.pendulum import swing_period
 
 PAPER = {"m": 3.78, "T": 0.589, "d": 0.535, "h": 0.60}
@@ -197,6 +198,42 @@ def test_periods_of_a_log_go_into_the_inertia():
     found = oscillation_period(*gyro_log(100, seed=4))
     car = yaw_inertia(3.78, found.periods, 0.535, 0.60, T_sd=found.period_sds)
     assert car.I_z == pytest.approx(0.03885, rel=0.005)
+
+
+def hung(I_z, m, d, h, angle, drag, rate_hz=100):
+    """Return the log of a car let go at an angle, by its equation of motion.
+
+    The car rises as it turns: z² = h² - d²/2 (1 - cos θ) below the ceiling.
+    """
+    ab = d * d / 4
+
+    def motion(_, y):
+        theta, rate = y
+        z = math.sqrt(h * h - 2 * ab * (1 - math.cos(theta)))
+        q = ab * math.sin(theta) / z  # dz/dθ, and its own change
+        dq = (ab * math.cos(theta) + q * q) / z
+        moved = m * 9.80665 * q + m * q * dq * rate * rate + drag * rate
+        return rate, -moved / (I_z + m * q * q)
+
+    t = np.arange(0.0, 15.0, 1 / rate_hz)
+    swing = solve_ivp(motion, (0, 15), [angle, 0.0], t_eval=t, rtol=1e-9, atol=1e-11)
+    still = np.zeros(2 * rate_hz)
+    rate = np.concatenate([still, swing.y[1]])
+    noise = 0.01 * np.random.default_rng(1).standard_normal(rate.size)
+    return np.arange(rate.size) / rate_hz, rate + noise
+
+
+@pytest.mark.parametrize(("angle", "within"), [(0.05, 1e-3), (0.2, 1e-3), (0.35, 4e-3)])
+@pytest.mark.parametrize("drag", [0.002, 0.02])
+@pytest.mark.parametrize(("d", "h"), [(0.535, 0.6), (0.3, 1.2)])
+def test_a_log_of_wide_swings_tells_the_inertia_as_one_of_narrow_ones_does(
+    angle, within, drag, d, h
+):
+    log = hung(0.0389, 3.78, d, h, angle, drag)
+    about = oscillation_period(*log).T
+    found = oscillation_period(*log, lengthening(3.78, about, d, h))
+    car = yaw_inertia(3.78, found.periods, d, h, T_sd=found.period_sds)
+    assert car.I_z == pytest.approx(0.0389, abs=within * 0.0389 + 3 * car.sd)
 
 
 @pytest.mark.parametrize(
