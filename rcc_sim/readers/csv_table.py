@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import codecs
-import csv
 import io
 import re
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field
-from datetime import UTC, datetime
 from typing import Any
 
-import numpy as np
-
 from rcc_sim.errors import InputError
+from rcc_sim.readers.header import fields_of, header_of
 from rcc_sim.readers.log import Array, Flaw
+from rcc_sim.readers.words import BLANKS, is_number
 from rcc_sim.source import MAX_ROWS, Source
 from rcc_sim.trace import from_arrow
 
@@ -24,8 +22,6 @@ LOOKED_AT = 200
 LEFT_OUT = "left out"
 
 SEPARATORS = (",", ";", "\t", "|")
-BLANKS = ["", "nan", "NaN", "NAN", "-nan", "NA", "N/A", "n/a", "null", "NULL", "None"]
-BLANKS += ["none", "-", "--", " "]
 
 
 @dataclass(frozen=True)
@@ -44,6 +40,8 @@ class TextTable:
         How it is written.
     skip : int
         Lines to the first row.
+    above : int
+        Of them, lines of a title above the header.
     """
 
     source: Source
@@ -53,6 +51,7 @@ class TextTable:
     encoding: str
     decimal: str
     skip: int
+    above: int = 0
 
 
 @dataclass
@@ -96,11 +95,11 @@ def text_table(
         separator, blank, lines = separator or told[1], blank + 1, lines[1:]
     if not lines:
         return None
-    separator = separator or max(SEPARATORS, key=lines[0].count)
-    names = [name.strip() for name in _fields(lines[0], separator)]
-    rows = [line for line in lines[1:] if line.strip()]
-    first = _fields(rows[0], separator) if rows else []
-    if len(first) == len(names) + 1 and not first[-1].strip():
+    separator = separator or _separator(lines)
+    names, above, own = header_of(lines, separator, first=skip_rows > 0)
+    rows = [line for line in lines[above + own :] if line.strip()]
+    first = fields_of(rows[0], separator) if rows else []
+    if len(first) == len(names) + 1 and not first[-1]:
         names.append("")  # every row ends in a separator, and the header does not
     elif len(first) == len(names) - 1 and not names[-1]:
         names.pop()
@@ -111,15 +110,22 @@ def text_table(
         separator=separator,
         encoding=encoding,
         decimal=decimal or _decimal(rows[:-1] or rows, separator),
-        skip=skip_rows + blank + 1,
+        skip=skip_rows + blank + above + own,
+        above=above,
     )
+
+
+def _separator(lines: Sequence[str]) -> str:
+    """Return what parts the fields: what the first line has most of, or any below."""
+    near = next((x for x in lines if any(m in x for m in SEPARATORS)), lines[0])
+    return max(SEPARATORS, key=near.count)
 
 
 def _decimal(rows: list[str], separator: str) -> str:
     """Return the mark of the decimals in some rows: a comma only if none is a point."""
     if separator == ",":
         return "."
-    fields = [f.strip() for row in rows[:LOOKED_AT] for f in _fields(row, separator)]
+    fields = [f for row in rows[:LOOKED_AT] for f in fields_of(row, separator)]
     commas = any(re.fullmatch(r"[+-]?\d+,\d+([eE][+-]?\d+)?", f) for f in fields)
     points = any(re.fullmatch(r"[+-]?\d*\.\d+([eE][+-]?\d+)?", f) for f in fields)
     return "," if commas and not points else "."
@@ -168,18 +174,6 @@ def _release() -> None:
     import pyarrow
 
     pyarrow.default_memory_pool().release_unused()
-
-
-def is_number(word: str, decimal: str = ".") -> bool:
-    """Whether a field is a number or blank."""
-    word = word.strip()
-    if word in BLANKS:
-        return True
-    try:
-        float(word.replace(decimal, "."))
-    except ValueError:
-        return False
-    return True
 
 
 def _arrow(table: TextTable, words: dict[str, bool], faults: Any) -> Any:
@@ -243,9 +237,13 @@ def _conversion_error() -> type[Exception]:
 
 
 def written(table: TextTable) -> list[str]:
-    """Return what a person should know of how the numbers are written."""
-    mark = table.decimal
-    return [] if mark == "." else [f"numbers are read with a decimal {mark!r}"]
+    """Return what a person should know of how the table is written."""
+    mark, notes = table.decimal, []
+    if mark != ".":
+        notes.append(f"numbers are read with a decimal {mark!r}")
+    if table.above:
+        notes.append(f"{table.above} lines above the header are passed over")
+    return notes
 
 
 def _judged(table: TextTable, faults: _Faults) -> list[Flaw]:
@@ -306,76 +304,6 @@ def _first_word(table: TextTable, names: list[str], error: Exception) -> InputEr
         f"{table.source.name}: {worst[1]}, row {worst[0]}: should be a number: "
         f"{worst[2]!r}"
     )
-
-
-def clock_seconds(words: list[str], where: str) -> Array:
-    """Seconds of the day of ``H:M:S`` words, a decimal comma or point in the last. [s]
-
-    Raises
-    ------
-    InputError
-        Naming the row that is none.
-    """
-
-    def seconds(word: str) -> float:
-        hours, minutes, rest = word.split(":")
-        return 3600 * float(hours) + 60 * float(minutes) + float(rest.replace(",", "."))
-
-    return _numbers(words, where, "a time of day, H:M:S", seconds)
-
-
-def date_seconds(words: list[str], where: str) -> Array:
-    """Seconds since 1970 of ISO 8601 dates; one without a zone is UTC. [s]
-
-    Raises
-    ------
-    InputError
-        Naming the row that is none.
-    """
-
-    def seconds(word: str) -> float:
-        then = datetime.fromisoformat(word.strip())
-        return (then if then.tzinfo else then.replace(tzinfo=UTC)).timestamp()
-
-    return _numbers(words, where, "a date, 2025-03-01 12:00:00.25", seconds)
-
-
-def carried(words: list[str], where: str) -> Array:
-    """Numbers of a logger that writes ten tenths as ".10": 11.10 is 12.0.
-
-    Raises
-    ------
-    InputError
-        Naming the row that is no number.
-    """
-
-    def value(word: str) -> float:
-        whole, _, tenths = word.strip().partition(".")
-        size = abs(float(whole)) + (float(tenths) / 10 if tenths else 0.0)
-        return -size if whole.startswith("-") else size
-
-    return _numbers(words, where, "a number", value)
-
-
-def _numbers(
-    words: list[str], where: str, what: str, number_of: Callable[[str], float]
-) -> Array:
-    """Return the number that each word is, NaN where it is blank."""
-    values = np.full(len(words), np.nan)
-    for k, word in enumerate(words):
-        if word.strip() in BLANKS:
-            continue
-        try:
-            values[k] = number_of(word)
-        except ValueError:
-            raise InputError(
-                f"{where}, row {k + 1}: should be {what}: {word!r}"
-            ) from None
-    return values
-
-
-def _fields(line: str, separator: str) -> list[str]:
-    return next(csv.reader([line], delimiter=separator), [])
 
 
 def _distinct(names: list[str]) -> list[str]:

@@ -9,12 +9,12 @@ from rcc_sim.readers.build import Report, finished
 from rcc_sim.readers.column_map import UNITS, ColumnMap
 from rcc_sim.readers.csv_table import (
     TextTable,
-    is_number,
     read_columns,
     text_table,
     written,
 )
 from rcc_sim.readers.log import Array, Flaw, Log, Mapped
+from rcc_sim.readers.words import is_number
 from rcc_sim.source import Source
 from rcc_sim.units import SUFFIXES, unit_of
 

@@ -23,14 +23,12 @@ from rcc_sim.readers.column_map import (
 )
 from rcc_sim.readers.csv_table import (
     TextTable,
-    carried,
-    clock_seconds,
-    date_seconds,
     read_columns,
     text_table,
     written,
 )
 from rcc_sim.readers.log import Array, Log, Mapped
+from rcc_sim.readers.words import carried, clock_seconds, date_seconds
 from rcc_sim.source import Source
 
 NAME = "csv"

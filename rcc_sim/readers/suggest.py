@@ -12,6 +12,7 @@ from rcc_sim.errors import InputError
 from rcc_sim.readers.column_map import CLOCK, DATE, UNITS
 from rcc_sim.readers.csv_table import text_table
 from rcc_sim.readers.own import WRITTEN, is_named_so
+from rcc_sim.readers.words import is_date
 from rcc_sim.source import Source
 from rcc_sim.units import unit_of
 
@@ -29,10 +30,17 @@ OF_BATTERY = "motor phase aux heater heating ac cell min max limit low 12v"
 
 MEANINGS = (
     Meaning("time_s", "s", ("time timestamp clock date datetime zeit",)),
-    Meaning("speed_ref_mps", "m/s", ("speed velocity", "ref target set cmd desired")),
+    Meaning(
+        "speed_ref_mps",
+        "m/s",
+        ("speed velocity geschwindigkeit", "ref target set cmd desired soll"),
+    ),
     Meaning("motor_speed_erpm", "erpm", ("erpm",), "ref target set cmd"),
     Meaning(
-        "motor_speed_radps", "rad/s", ("motor engine rotor rpm", "speed rpm"), "fan"
+        "motor_speed_radps",
+        "rad/s",
+        ("motor engine rotor rpm", "speed rpm drehzahl"),
+        "fan soll",
     ),
     Meaning(
         "speed_mps",
@@ -41,32 +49,65 @@ MEANINGS = (
         "motor wheel fan wind",
     ),
     Meaning("motor_torque_nm", "N m", ("torque drehmoment",), "brake wheel target"),
-    Meaning("motor_current_a", "A", ("motor", "current"), "target limit max"),
+    Meaning("motor_current_a", "A", ("motor", "current strom"), "target limit max"),
     Meaning("battery_voltage_v", "V", ("voltage spannung volt volts",), OF_BATTERY),
     Meaning("battery_current_a", "A", ("current strom amps amp amperes",), OF_BATTERY),
-    Meaning("battery_power_w", "W", ("battery hv pack", "power"), "max limit"),
+    Meaning(
+        "battery_power_w",
+        "W",
+        ("battery hv pack batterie", "power leistung"),
+        "max limit",
+    ),
     Meaning("aux_power_w", "W", ("aux heater heating hvac ac aircon", "power")),
     Meaning("headwind_mps", "m/s", ("headwind",)),
     Meaning("state_of_charge_percent", "%", ("soc charge",), "current power"),
     Meaning("elevation_m", "m", ("elevation altitude height alt",)),
-    Meaning("slope", "1", ("slope gradient grade",)),
-    Meaning("accel_x_mps2", "m/s²", ("acceleration accel acc", "x longitudinal long")),
-    Meaning("accel_y_mps2", "m/s²", ("acceleration accel acc", "y lateral lat")),
-    Meaning("yaw_rate_radps", "rad/s", ("yaw gyro", "rate z")),
-    Meaning("steer_cmd_rad", "rad", ("steer steering",), "wheel torque"),
+    Meaning("slope", "1", ("slope gradient grade steigung",)),
+    Meaning(
+        "accel_x_mps2",
+        "m/s²",
+        ("acceleration accel acc beschleunigung", "x longitudinal long längs"),
+    ),
+    Meaning(
+        "accel_y_mps2",
+        "m/s²",
+        ("acceleration accel acc beschleunigung", "y lateral lat quer"),
+    ),
+    Meaning("yaw_rate_radps", "rad/s", ("yaw gyro gier", "rate z")),
+    Meaning("steer_cmd_rad", "rad", ("steer steering lenk",), "wheel torque"),
     Meaning("throttle", "1", ("throttle",)),
     Meaning("motor_temperature_degc", "°C", ("motor", "temperature temp")),
     Meaning("ambient_temperature_degc", "°C", ("ambient outside", "temperature temp")),
 )
 """The first that fits a name; in a map, the first column that fits a meaning."""
 
+COMPOUND = re.compile(
+    r"(motor|batterie|akku|lenk|soll|ist|gier|längs|quer|heiz)(?=[a-zäöü]{4})"
+)
+"""First parts of German words, which are written together."""
+
+PATHS = {
+    ("drive", "speed"): "speed_ref_mps",
+    ("cmd_vel", "linear", "x"): "speed_ref_mps",
+    ("drive", "steering_angle"): "steer_cmd_rad",
+    ("twist", "linear", "x"): "speed_mps",
+    ("angular_velocity", "z"): "yaw_rate_radps",
+    ("linear_acceleration", "x"): "accel_x_mps2",
+    ("linear_acceleration", "y"): "accel_y_mps2",
+    ("position", "x"): "x_m",
+    ("position", "y"): "y_m",
+    ("state", "speed"): "motor_speed_erpm",
+}
+"""How the path of a ROS message's field ends -> our column: a command by Ackermann or
+Twist, an odometry, an IMU, a VESC, whose speed is in electrical turns a minute."""
+
 SHORT = {
     name: column
     for column, names in {
         "time_s": "t ts secs seconds elapsed stamp",
-        "speed_mps": "v vx v_x vel_x speed_x",
-        "speed_ref_mps": "v_ref v_cmd v_des",
-        "battery_voltage_v": "v_in vin v_bat vbat v_batt vbatt u_bat",
+        "speed_mps": "v vx v_x vel_x speed_x v_ist",
+        "speed_ref_mps": "v_ref v_cmd v_des v_soll",
+        "battery_voltage_v": "v_in vin v_bat vbat v_batt vbatt u_bat ubat u_batt",
         "battery_current_a": "i_in iin i_bat ibat i_batt ibatt",
         "motor_current_a": "i_motor i_mot imotor",
         "duty_cycle": "duty duty_cycle dutycycle duty_now duty_cycle_now",
@@ -183,7 +224,12 @@ def drafted(source: Source) -> Draft:
 
 def meaning_of(name: str) -> Meaning | None:
     """Return what a column of that name is likeliest."""
+    parts = tuple(re.split(r"[/.]+", name.strip().lower()))
+    path = next((c for end, c in PATHS.items() if parts[-len(end) :] == end), "")
+    if path:
+        return Meaning(path, unit_of(path), ())
     whole = re.sub(r"(?<=[a-z])(?=[A-Z][a-z])", " ", UNIT.sub("", name)).lower()
+    whole = COMPOUND.sub(r"\1 ", whole)
     words = set(re.findall(r"[a-zäöüß0-9]+", whole))
     unit = UNITS.get(unit_in(name), (1.0, ""))[1]
     short = SHORT.get(_joined(UNIT.sub("", name)))
@@ -220,6 +266,6 @@ def unit_in(name: str) -> str:
 
 def time_unit(word: str) -> str:
     """Return the unit of a time that is written as words; empty of a number."""
-    if re.match(r"\d{4}-\d\d-\d\d", word.strip()):
+    if is_date(word):
         return DATE
     return CLOCK if re.match(r"\d+:\d+:\d", word.strip()) else ""
