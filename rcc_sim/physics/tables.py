@@ -23,11 +23,18 @@ def between(x, xs, ys, i):
     return ys[i] + (ys[i + 1] - ys[i]) * share
 
 
+LINE, SINCE, BEFORE = 0, 1, 2
+"""How a command runs from row to row: on a straight line; from a row on, as one that
+is logged as it is sent; or before a row, as one that is logged while it acts."""
+
+
 @jit
-def command_at(x, xs, ys, i, held):
-    """Command in the cell i of a table: the last that came, or on a straight line."""
-    if held and x < xs[-1]:
+def command_at(x, xs, ys, i, how):
+    """Command in the cell i of a table: the last that came, the next, or in between."""
+    if how == SINCE and x < xs[-1]:
         return ys[i]
+    if how == BEFORE and xs[i] < x < xs[-1]:
+        return ys[i + 1]
     return between(x, xs, ys, i)
 
 

@@ -14,6 +14,7 @@ from rcc_sim.definitions.kernel import answering_time, road_of
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
 from rcc_sim.physics.rows import Commands, Measured
+from rcc_sim.physics.tables import LINE, SINCE
 from rcc_sim.simulate.road import surveyed_slope
 from rcc_sim.simulate.smooth import HOLE, smoothed
 from rcc_sim.trace import Trace, integral_of
@@ -71,10 +72,11 @@ class Drive:
         What the log's clock showed where ``time`` is 0. [s]
     distance : ndarray or None
         Distance driven at the rows, where the road is not flat. [m]
-    held : tuple of bool
-        Whether reference and steering hold between the rows, as digital commands do.
-        Else the reference runs straight, as the throttle does, and the steering as a
-        hand moves it.
+    held : tuple of int
+        How reference and steering run between the rows (``physics.tables``): LINE, the
+        reference straight, as the throttle does, and the steering as a hand moves it;
+        SINCE, held until the next, as digital commands are; BEFORE, the reference
+        alone, where a row shows what acts already.
     stated, climbed : bool
         Whether the file states the road; whether its slope is what the log's elevation
         gains over that distance.
@@ -101,7 +103,7 @@ class Drive:
     answers: float
     start: float = 0.0
     distance: Array | None = None
-    held: tuple[bool, bool] = (False, False)
+    held: tuple[int, int] = (LINE, LINE)
     stated: bool = False
     climbed: bool = False
     unseen: NDArray[np.bool_] | None = None
@@ -197,7 +199,7 @@ def drive_of(log: Trace, vehicle: Vehicle, window: float = 0.01) -> Drive:
         answering_time(vehicle),
         start,
         distance,
-        (holds(ref), holds(steer)),
+        (SINCE if holds(ref) else LINE, SINCE if holds(steer) else LINE),
         stated=distance is not None and not is_surveyed(log),
         climbed=has(log, "elevation_m") and not has(log, "slope"),
         unseen=unseen,

@@ -5,7 +5,7 @@ import pytest
 from scipy.ndimage import uniform_filter1d
 
 from rcc_sim.analyse.logged import Logged
-from rcc_sim.definitions.cycle import parse_cycle
+from rcc_sim.definitions.cycle import Cycle, parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose import run
 from rcc_sim.diagnose.run import diagnose
@@ -100,3 +100,52 @@ def test_with_its_first_cause_a_log_is_asked_whether_commands_hold(
     told = [(a.cause.effect, a.figures["delay_s"].value) for a in causes]
     assert told == [("steering_delay", pytest.approx(delay, abs=0.004))] * (delay > 0)
     assert ways[0] == [STRAIGHT, way]
+
+
+CLOCK = 10
+"""Ticks between two of the car's own readings of its reference."""
+
+
+@pytest.fixture(scope="module")
+def quick():
+    """What a drive that speeds up and slows down all the time asks for."""
+    rng = np.random.default_rng(5)
+    time = np.cumsum(rng.uniform(1.5, 3.5, 24))
+    speed = np.where(np.arange(24) % 2, rng.uniform(2.5, 4.0, 24), 1.0)
+    cycle = Cycle("quick", np.append(0.0, time), np.append(0.0, speed))
+    lanes = LaneChanges(8.0)
+    run = simulate(CAR, cycle, lanes=lanes, output_rate=1 / TICK).trace
+    return {c: run[c] for c in ("time_s", *COMMANDS)}
+
+
+def logged_while_it_acts(asked, seed, **effects):
+    """A log by a clock of its own, half a reading later: each row shows what acts."""
+    every = np.arange(len(asked["time_s"])) // CLOCK * CLOCK
+    acts = {**asked, "speed_ref_mps": asked["speed_ref_mps"][every]}
+    true = CAR.changed(effects=effects)
+    seen = replay(true, drive_of(Trace(acts), true))
+    rng = np.random.default_rng(seed)
+    rows = np.arange(CLOCK // 2, len(every) - CLOCK, CLOCK) + rng.integers(-1, 2)
+    columns = {name: x[rows] for name, x in acts.items()}
+    for name, sd in NOISE.items():
+        mean = uniform_filter1d(seen[name], CLOCK, origin=CLOCK // 2 - 1)
+        x = (mean if name in FLOWS else seen[name])[rows]
+        columns[name] = x + rng.normal(0, sd, len(x))
+    columns["speed_mps"] = np.abs(columns["speed_mps"])
+    return Logged(Trace(columns, name="acts"), (), None)
+
+
+RIVALS = ("motor_lag", "gear_loss", "speed_loop", "payload", "speed_sensor_scale")
+
+
+def test_a_reference_that_acts_before_its_row_is_no_cause(quick):
+    log, *again = (logged_while_it_acts(quick, seed) for seed in range(3))
+    repeats = [one.log for one in again]
+    assert diagnose([log], CAR, repeats=repeats).asserted == ()
+
+
+def test_nor_does_it_make_a_lag_another_one(quick):
+    log = logged_while_it_acts(quick, 3, motor_lag={"time_constant_s": 0.04})
+    (one,) = diagnose([log], CAR, candidates=RIVALS).asserted
+    assert one.cause.effect == "motor_lag"
+    assert one.figures["time_constant_s"].value == pytest.approx(0.04, abs=0.003)

@@ -17,41 +17,47 @@ from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.noise.whitener import log_likelihood
 from rcc_sim.diagnose.residuals.problem import Problem
 from rcc_sim.diagnose.residuals.shapes import LATERAL
-from rcc_sim.diagnose.search.compete import Explanation
+from rcc_sim.diagnose.search.compete import Asked, Explanation, Way
+from rcc_sim.physics.tables import BEFORE, LINE, SINCE
 from rcc_sim.simulate.drive import Drive
 
-Way = Callable[[Engine, Fit | None, Callable[[Engine], Engine] | None], Explanation]
-"""How logs are explained: from a null, where known, and with the other way to drive."""
+Explained = Callable[[Engine, Fit | None, Asked | None], Explanation]
+"""How logs are explained: from a null, where known, and asked how they are driven."""
 
 
 def as_sent(
-    engine: Engine, null: Fit | None, explained: Way
+    engine: Engine, null: Fit | None, explained: Explained
 ) -> tuple[Engine, Explanation]:
-    """Return logs and explanation, commands holding between rows where likelier.
+    """Return logs and explanation, commands running between rows as is likelier.
 
-    A command that runs straight from row to row leads one that holds by half a row; and
-    so do flows that are samples such as are means since the row before. The vehicle as
-    it is stated may like it better so; but a motor or a steering that is late, or slow,
-    may seem to hold it: with the first cause it is asked, and all is explained so if it
-    still is. Where what was found may do as well, or fewer causes, the other way, all
-    is explained that way, too, and the likelier explanation stands. A cause fewer is
-    worth what one must gain.
+    A command that runs straight from row to row leads one that holds by half a row, and
+    lags one that is logged while it acts by as much; and so do flows that are samples
+    such as are means since the row before. The vehicle as it is stated may like it
+    better so; but a motor or a steering that is late, or slow, may seem to hold it:
+    with the first cause it is asked, and all is explained so if it still is. Where what
+    was found may do as well, or fewer causes, another way, all is explained that way,
+    too, and the likelier explanation stands. A cause fewer is worth what one must gain.
 
     ``null`` is what tolerances alone leave as the logs are, where that is known.
     """
-    ways = list(zip(*(held(p.drive) for p in engine.problems), strict=False))
-    others = engine.each(partial(with_drives, engine), ways)
-    each = engine.each(likelihood, others)
-    if not others or max(each) < likelihood(engine) + ENOUGH:
+    drives = zip(*map(held, engine.problems), strict=False)
+    ways = engine.each(partial(with_drives, engine), list(drives))
+    if not ways:
         return averaged(engine, null, explained)
-    begun, other = engine, others[int(np.argmax(each))]
-    found = explained(engine, null, partial(driven_as, like=other))
-    if are_driven_as(found.engine, other):
-        begun, other = other, begun
-    now = descent.fit(
-        driven_as(found.engine, like=other), found.fit.values, found.fit.knobs
-    )
-    if now.score + ENOUGH * len(found.causes) <= found.fit.score:
+    each = engine.each(likelihood, ways)
+    best = ways[int(np.argmax(each))]
+    liked = max(each) >= likelihood(engine) + ENOUGH
+    some = parts_of(best, ways)
+    found = explained(engine, null, partial(likelier, some) if liked else None)
+    begun = driven_as(engine, like=found.engine)
+    if not found.causes:
+        return begun, found
+    others = [engine, best] if liked else []
+    others += [way for way in ways if is_logged_later(way, begun)]
+    others = [way for way in others if not are_driven_as(way, begun)]
+    least = found.fit.score - (ENOUGH * len(found.causes) if liked else 0.0)
+    other = likeliest(others, found.engine, found.fit, least)
+    if other is None:
         return begun, found
     again = explained(other, null if other is engine else None, None)
     fewer = len(again.causes) - len(found.causes)
@@ -60,8 +66,55 @@ def as_sent(
     return begun, found
 
 
+def parts_of(best: Engine, ways: Sequence[Engine]) -> list[Engine]:
+    """Return those of some ways in which reference or steering run as in the best."""
+    return [
+        way
+        for way in ways
+        if all(
+            p.drive.window == q.drive.window
+            and all(
+                a in (LINE, b) for a, b in zip(p.drive.held, q.drive.held, strict=True)
+            )
+            for p, q in zip(way.problems, best.problems, strict=True)
+        )
+    ]
+
+
+def runs_as(one: int, other: int) -> bool:
+    """Tell whether a command runs straight, or as another does."""
+    return one in (LINE, other)
+
+
+def is_logged_later(engine: Engine, begun: Engine) -> bool:
+    """Tell whether logs are driven as others, but for references that act before."""
+    return all(
+        (p.drive.held, p.drive.window) == ((BEFORE, q.drive.held[1]), q.drive.window)
+        for p, q in zip(engine.problems, begun.problems, strict=True)
+    )
+
+
+def likelier(ways: Sequence[Engine], engine: Engine, fit: Fit) -> Way | None:
+    """Return how logs are driven where they are likelier by the same figures."""
+    best = likeliest(ways, engine, fit, fit.score)
+    return None if best is None else partial(driven_as, like=best)
+
+
+def likeliest(
+    ways: Sequence[Engine], engine: Engine, fit: Fit, least: float
+) -> Engine | None:
+    """Return the way in which logs are likeliest by the same figures, fitted anew.
+
+    None where none scores more than the ``least``.
+    """
+    others = [driven_as(engine, like=way) for way in ways]
+    scores = [descent.fit(e, fit.values, fit.knobs).score for e in others]
+    best = int(np.argmax([least, *scores]))
+    return ways[best - 1] if best else None
+
+
 def averaged(
-    engine: Engine, null: Fit | None, explained: Way
+    engine: Engine, null: Fit | None, explained: Explained
 ) -> tuple[Engine, Explanation]:
     """Return logs and explanation, flows being samples or means as the steering says.
 
@@ -140,12 +193,19 @@ def with_drives(engine: Engine, drives: Sequence[Drive]) -> Engine:
     return Engine([replace(p, drive=drive) for p, drive in pairs])
 
 
-def held(drive: Drive) -> list[Drive]:
-    """Return a drive with reference, steering or both held, by samples and means."""
+def held(problem: Problem) -> list[Drive]:
+    """Return a drive with reference, steering or both held, by samples and means.
+
+    A car that takes its reference by a clock of its own (``reference_sampling``) may
+    have been logged after it: a row then shows what has acted since that clock struck.
+    """
+    drive = problem.drive
     if drive.imposed:
         return []
     windows = sorted({min(drive.window, SAMPLE), drive.window})
-    ways = [(True, False), (False, True), (True, True)]
+    ways = [(SINCE, LINE), (LINE, SINCE), (SINCE, SINCE)]
+    if "reference_sampling" in problem.vehicle.effects:
+        ways += [(BEFORE, LINE), (BEFORE, SINCE)]
     return [
         replace(drive, held=either(drive.held, way), window=window)
         for way in ways
@@ -153,8 +213,8 @@ def held(drive: Drive) -> list[Drive]:
     ]
 
 
-def either(one: tuple[bool, bool], other: tuple[bool, bool]) -> tuple[bool, bool]:
-    """Return what either of two says of reference and steering."""
+def either(one: tuple[int, int], other: tuple[int, int]) -> tuple[int, int]:
+    """Return how reference and steering run where either of two says that they hold."""
     return one[0] or other[0], one[1] or other[1]
 
 

@@ -18,6 +18,12 @@ from rcc_sim.diagnose.search.refine import Refined
 from rcc_sim.diagnose.search.taken import CONSTANT, Taken
 from rcc_sim.diagnose.search.winner import cause_of
 
+Way = Callable[[Engine], Engine]
+"""Logs, driven another way."""
+
+Asked = Callable[[Engine, Fit], Way | None]
+"""Whether logs are driven another way, once a first cause is fitted."""
+
 TURNS = 6
 """Turns of the competition at most: causes taken in, or profiles refuted."""
 
@@ -58,12 +64,12 @@ def compete(
     candidates: Sequence[Candidate],
     told: Callable[[str], None] = lambda _: None,
     null: Fit | None = None,
-    other: Callable[[Engine], Engine] | None = None,
+    asked: Asked | None = None,
 ) -> Explanation:
     """Find the smallest set of effects that the logs ask for.
 
-    ``null`` is what tolerances alone leave, where that is known; ``other`` another way
-    to drive the model: all is begun anew so where it is likelier with the first cause.
+    ``null`` is what tolerances alone leave, where that is known; ``asked`` tells how
+    logs with the first cause are likelier driven, if not as they are: all begins anew.
     """
     base = engine
     told("tolerances")
@@ -87,10 +93,10 @@ def compete(
         taken = now.take_in(look)
         if not taken:
             break
-        if taken == CONSTANT and other:
-            if is_likelier(other(now.engine), now.fit):
-                return compete(other(base), candidates, told)
-            other = None
+        if taken == CONSTANT and asked:
+            if way := asked(now.engine, now.fit):
+                return compete(way(base), candidates, told)
+            asked = None
     if late:
         now.rank(late.screened.candidate.effect, late.gain)
     told("leaving out what is not needed")
@@ -103,8 +109,3 @@ def compete(
     seen = {effect: told_from(r) for effect, r in tried.items()}
     hidden = frozenset(e for e, r in tried.items() if not shows(r, seen[e]))
     return Explanation(engine, null, fit, tuple(causes), now.ranking, seen, hidden)
-
-
-def is_likelier(engine: Engine, fit: Fit) -> bool:
-    """Tell whether logs driven another way are likelier by the same figures."""
-    return descent.fit(engine, fit.values, fit.knobs).score > fit.score
