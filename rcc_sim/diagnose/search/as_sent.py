@@ -40,14 +40,16 @@ def as_sent(
 
     ``null`` is what tolerances alone leave as the logs are, where that is known.
     """
-    drives = zip(*map(held, engine.problems), strict=False)
-    ways = engine.each(partial(with_drives, engine), list(drives))
+    now = [p.drive.held for p in engine.problems]
+    drives = zip(*map(every_way, engine.problems), strict=False)
+    other = [some for some in drives if [d.held for d in some] != now]
+    ways = engine.each(partial(with_drives, engine), other)
     if not ways:
         return averaged(engine, null, explained)
     each = engine.each(likelihood, ways)
     best = ways[int(np.argmax(each))]
     liked = max(each) >= likelihood(engine) + ENOUGH
-    some = parts_of(best, ways)
+    some = parts_of(best, engine, ways)
     found = explained(engine, null, partial(likelier, some) if liked else None)
     begun = driven_as(engine, like=found.engine)
     if not found.causes:
@@ -56,34 +58,32 @@ def as_sent(
     others += [way for way in ways if is_logged_later(way, begun)]
     others = [way for way in others if not are_driven_as(way, begun)]
     least = found.fit.score - (ENOUGH * len(found.causes) if liked else 0.0)
-    other = likeliest(others, found.engine, found.fit, least)
-    if other is None:
+    again = likeliest(others, found.engine, found.fit, least)
+    if again is None:
         return begun, found
-    again = explained(other, null if other is engine else None, None)
-    fewer = len(again.causes) - len(found.causes)
-    if found.fit.score + ENOUGH * fewer <= again.fit.score:
-        return other, again
+    anew = explained(again, null if again is engine else None, None)
+    fewer = len(anew.causes) - len(found.causes)
+    if found.fit.score + ENOUGH * fewer <= anew.fit.score:
+        return again, anew
     return begun, found
 
 
-def parts_of(best: Engine, ways: Sequence[Engine]) -> list[Engine]:
-    """Return those of some ways in which reference or steering run as in the best."""
+def parts_of(best: Engine, engine: Engine, ways: Sequence[Engine]) -> list[Engine]:
+    """Return the ways in which each command runs as in the best, or as it is."""
+
+    def runs(one: Drive, other: Drive, now: Drive) -> bool:
+        each = zip(one.held, other.held, now.held, strict=True)
+        return one.window == other.window and all(a in (b, c) for a, b, c in each)
+
+    every = list(zip(best.problems, engine.problems, strict=True))
     return [
         way
         for way in ways
         if all(
-            p.drive.window == q.drive.window
-            and all(
-                a in (LINE, b) for a, b in zip(p.drive.held, q.drive.held, strict=True)
-            )
-            for p, q in zip(way.problems, best.problems, strict=True)
+            runs(p.drive, q.drive, now.drive)
+            for p, (q, now) in zip(way.problems, every, strict=True)
         )
     ]
-
-
-def runs_as(one: int, other: int) -> bool:
-    """Tell whether a command runs straight, or as another does."""
-    return one in (LINE, other)
 
 
 def is_logged_later(engine: Engine, begun: Engine) -> bool:
@@ -193,8 +193,8 @@ def with_drives(engine: Engine, drives: Sequence[Drive]) -> Engine:
     return Engine([replace(p, drive=drive) for p, drive in pairs])
 
 
-def held(problem: Problem) -> list[Drive]:
-    """Return a drive with reference, steering or both held, by samples and means.
+def every_way(problem: Problem) -> list[Drive]:
+    """Return a drive with its commands in every way, its flows samples and means.
 
     A car that takes its reference by a clock of its own (``reference_sampling``) may
     have been logged after it: a row then shows what has acted since that clock struck.
@@ -203,19 +203,11 @@ def held(problem: Problem) -> list[Drive]:
     if drive.imposed:
         return []
     windows = sorted({min(drive.window, SAMPLE), drive.window})
-    ways = [(SINCE, LINE), (LINE, SINCE), (SINCE, SINCE)]
-    if "reference_sampling" in problem.vehicle.effects:
-        ways += [(BEFORE, LINE), (BEFORE, SINCE)]
+    clocked = "reference_sampling" in problem.vehicle.effects
+    ways = [(r, s) for r in (LINE, SINCE, BEFORE)[: 2 + clocked] for s in (LINE, SINCE)]
     return [
-        replace(drive, held=either(drive.held, way), window=window)
-        for way in ways
-        for window in windows
+        replace(drive, held=way, window=window) for way in ways for window in windows
     ]
-
-
-def either(one: tuple[int, int], other: tuple[int, int]) -> tuple[int, int]:
-    """Return how reference and steering run where either of two says that they hold."""
-    return one[0] or other[0], one[1] or other[1]
 
 
 def likelihood(engine: Engine) -> float:
