@@ -41,6 +41,9 @@ TURNS_BY = 0.1
 """Lateral acceleration, as a root mean square in g, beyond which bends drag: tyres that
 slip by a hundredth take a thousandth of the weight, a tenth of what rolling does."""
 
+FORGOTTEN = 2.0
+"""Time after which a car's motion says no more of what it was asked for before. [s]"""
+
 COMMANDS = {"speed": "speed_ref_mps", "throttle": "throttle"}
 """Mode of the controller -> the column that commands it."""
 
@@ -81,8 +84,9 @@ class Drive:
         Whether the file states the road; whether its slope is what the log's elevation
         gains over that distance.
     unseen : ndarray of bool or None
-        Rows of an imposed run at which no speed was logged for long: it is bridged
-        there, and nothing is predicted.
+        Rows at which nothing is predicted: of an imposed run those at which no speed
+        was logged for long, which is bridged there; of another, those without its
+        commands, and shortly after.
     smear : float
         Time over which the acceleration of an imposed run is smeared, where its speed
         was noisy. [s]
@@ -164,7 +168,9 @@ def drive_of(log: Trace, vehicle: Vehicle, window: float = 0.01) -> Drive:
     nan, accel = np.full(len(time), np.nan), np.zeros(len(time))
     speed = np.ascontiguousarray(log["speed_mps"]) if has(log, "speed_mps") else nan
     unseen, smear = None, 0.0
-    if imposed:
+    if not imposed:
+        unseen = not_told(log, vehicle, time)
+    else:
         if not has(log, "speed_mps"):
             _refuse(log, vehicle)
         unseen = in_holes(time, np.isfinite(speed))
@@ -319,6 +325,24 @@ def whole(log: Trace, column: str) -> Array:
     if not has(log, column):
         return np.zeros(len(log))
     return bridged(log["time_s"], np.ascontiguousarray(log[column]))
+
+
+def not_told(log: Trace, vehicle: Vehicle, time: Array) -> NDArray[np.bool_] | None:
+    """Return the rows at which it is not known what the vehicle was asked for.
+
+    And those after them, until it has forgotten what it was taken to be asked for.
+    None where all is known.
+    """
+    asked = (COMMANDS[vehicle.mode], "steer_cmd_rad")
+    ends = np.isin(np.arange(len(time)), (0, len(time) - 1))
+    known = [ends | np.isfinite(log[c]) for c in asked if has(log, c)]
+    holes = [in_holes(time, rows) for rows in known]
+    lost = [hole for hole in holes if hole is not None]
+    if not lost:
+        return None
+    some = np.logical_or.reduce(lost)
+    last = np.maximum.accumulate(np.where(some, time, -inf))
+    return np.asarray(some | (time - last < FORGOTTEN))
 
 
 def in_holes(time: Array, known: NDArray[np.bool_]) -> NDArray[np.bool_] | None:
