@@ -15,8 +15,9 @@ from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
 from rcc_sim.physics.rows import Commands, Measured
 from rcc_sim.physics.tables import LINE, SINCE
+from rcc_sim.simulate.holes import in_holes
 from rcc_sim.simulate.road import surveyed_slope
-from rcc_sim.simulate.smooth import HOLE, smoothed
+from rcc_sim.simulate.smooth import smoothed
 from rcc_sim.trace import Trace, integral_of
 from rcc_sim.units import G
 
@@ -41,8 +42,9 @@ TURNS_BY = 0.1
 """Lateral acceleration, as a root mean square in g, beyond which bends drag: tyres that
 slip by a hundredth take a thousandth of the weight, a tenth of what rolling does."""
 
-FORGOTTEN = 2.0
-"""Time after which a car's motion says no more of what it was asked for before. [s]"""
+LOST, FORGOTTEN = 0.25, 2.0
+"""Longest time for which commands are bridged; and that after which a car's motion says
+no more of what it was asked for before. [s]"""
 
 COMMANDS = {"speed": "speed_ref_mps", "throttle": "throttle"}
 """Mode of the controller -> the column that commands it."""
@@ -336,25 +338,13 @@ def not_told(log: Trace, vehicle: Vehicle, time: Array) -> NDArray[np.bool_] | N
     asked = (COMMANDS[vehicle.mode], "steer_cmd_rad")
     ends = np.isin(np.arange(len(time)), (0, len(time) - 1))
     known = [ends | np.isfinite(log[c]) for c in asked if has(log, c)]
-    holes = [in_holes(time, rows) for rows in known]
+    holes = [in_holes(time, rows, LOST) for rows in known]
     lost = [hole for hole in holes if hole is not None]
     if not lost:
         return None
     some = np.logical_or.reduce(lost)
     last = np.maximum.accumulate(np.where(some, time, -inf))
     return np.asarray(some | (time - last < FORGOTTEN))
-
-
-def in_holes(time: Array, known: NDArray[np.bool_]) -> NDArray[np.bool_] | None:
-    """Return the rows that lie in long holes between readings; None where none does."""
-    rows = np.flatnonzero(known)
-    if len(rows) < 2:
-        return None
-    after = np.searchsorted(rows, np.arange(len(time)))
-    before = np.pad(time[rows], (1, 0), constant_values=-inf)[after]
-    next_one = np.pad(time[rows], (0, 1), constant_values=inf)[after]
-    hole = ~known & (next_one - before > HOLE * interval_of(time[rows]))
-    return hole if hole.any() else None
 
 
 def holds(command: Array) -> bool:
