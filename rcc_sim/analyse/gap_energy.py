@@ -12,7 +12,8 @@ from rcc_sim.analyse.gap_replays import Tolerances
 from rcc_sim.analyse.offsets import offset_sd
 from rcc_sim.definitions.kernel import motor_torque_constant
 from rcc_sim.definitions.vehicle import Vehicle
-from rcc_sim.simulate.drive import has, in_holes
+from rcc_sim.simulate.drive import has
+from rcc_sim.simulate.holes import in_holes
 from rcc_sim.simulate.smooth import HOLE
 from rcc_sim.trace import Trace
 from rcc_sim.units import J_PER_WH

@@ -9,7 +9,8 @@ from rcc_sim.analyse.gap import gap
 from rcc_sim.analyse.logged import open_log
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.simulate.drive import drive_of, in_holes
+from rcc_sim.simulate.drive import drive_of
+from rcc_sim.simulate.holes import in_holes
 from rcc_sim.simulate.replay import replay
 from rcc_sim.trace import Trace
 
