@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from rcc_sim.analyse.gap_energy import COVERAGE
+from rcc_sim.analyse.logcheck.finding import DROPPED
 from rcc_sim.diagnose.diagnosis import Diagnosis
 from rcc_sim.diagnose.judge.direct import felt_otherwise
 from rcc_sim.diagnose.judge.verdict import Asserted, of_another
@@ -63,6 +64,7 @@ def doubts(found: Diagnosis) -> Iterator[tuple[str, str]]:
     for a in filter(is_a_drag_as_well, found.asserted):
         if not felt_otherwise(a.cause, found.gap.findings):
             yield "DOUBT", AS_A_DRAG[a.cause.effect]
+    yield from left_out(found)
     other = of_another(found.gap.findings)
     many = too_many({a.cause.effect: a.parameters for a in found.asserted})
     if other:
@@ -75,6 +77,19 @@ def doubts(found: Diagnosis) -> Iterator[tuple[str, str]]:
     restless = hangs_together({"mode": found.gap.mode, "foreseen": found.foreseen})
     if found.status == "no_gap" and restless:
         yield "DOUBT", restless
+
+
+def left_out(found: Diagnosis) -> Iterator[tuple[str, str]]:
+    """Yield the channels that no log was judged by, and what is wrong with them."""
+    for gap in found.gaps:
+        wrong = [f for f in gap.findings if f.action.startswith(DROPPED)]
+        told = (f"{f.channel} {f.what.partition(' (')[0]}" for f in wrong[:SHOWN])
+        if wrong:
+            yield (
+                "DOUBT",
+                f"{short(gap.log)}: {listed([*told])}: left out, and nothing is judged "
+                "by it; a --map mends it (rccsim check)",
+            )
 
 
 def differs(one: Asserted) -> bool:

@@ -71,6 +71,9 @@ UNSEEN = 6
 GIVEN = {STAND: "its log as --on-stand"}
 """How the log of a run is given that was not driven on the road."""
 
+BY_FIGURES = "more of it by shifts of stated figures than by the cause"
+"""What closes an energy gap where a cause shows in the course of the signals alone."""
+
 NOTHING = 1.9
 """Width of an interval of what is gone, from -1 to 1 at most, that tells nothing."""
 
@@ -165,7 +168,7 @@ def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
 def _from(least: Mapping[str, float | None]) -> str:
     """Return from what change on an effect would show; of a limit, up to what."""
     told = [
-        f" ({'up to' if k.startswith('max_') else 'from'} {figures(x, 2)} of {k})"
+        f" ({k} {'up to' if k.startswith('max_') else 'from'} {figures(x, 2)})"
         for k, x in least.items()
         if x is not None
     ]
@@ -312,6 +315,7 @@ def _proof(found: Diagnosis) -> Iterator[tuple[str, str]]:
             f"; energy gap there{how} {rounded(before, 1)} % before, "
             f"{rounded(after, 2)} % after" + ": it grew" * grew(before, after)
         )
+        energy += f", {BY_FIGURES}" * is_by_figures(found)
     gone = (
         f"{percent(s.explained)} of what is beyond noise is gone ({percent(s.low)} to "
         f"{percent(s.high)})"
@@ -321,6 +325,16 @@ def _proof(found: Diagnosis) -> Iterator[tuple[str, str]]:
     if s.high - s.low >= NOTHING:
         gone = "too little is beyond noise, row by row, to tell what of it is gone"
     yield "PROOF", f"on {_held_out(found)} {gone}{energy}"
+
+
+def is_by_figures(found: Diagnosis) -> bool:
+    """Tell whether shifts of stated figures are worth more than the causes are."""
+    prices = found.prices
+    if prices is None or not found.asserted:
+        return False
+    causes = abs(sum(prices.causes.values()))
+    small = SMALL * abs(found.gap.energy.measured_wh or 0.0)
+    return abs(prices.figures_wh) > max(causes, small)
 
 
 def _held_out(found: Diagnosis) -> str:

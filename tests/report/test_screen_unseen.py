@@ -8,8 +8,8 @@ from rcc_sim.report.screen import _from
 @pytest.mark.parametrize(
     ("least", "told"),
     [
-        ({"mass_kg": 0.294}, " (from 0.29 of mass_kg)"),
-        ({"max_torque_nm": 21.0}, " (up to 21 of max_torque_nm)"),
+        ({"mass_kg": 0.294}, " (mass_kg from 0.29)"),
+        ({"max_torque_nm": 21.0}, " (max_torque_nm up to 21)"),
         ({"hysteresis_torque_nm": None, "eddy_nms_per_rad": 2e-5}, None),
         ({"resistance_ohm": None}, ""),
         ({}, ""),
