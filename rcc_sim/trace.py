@@ -32,6 +32,10 @@ def integral_of(time: Array, rate: Array) -> Array:
     return out
 
 
+ELSEWHERE = "a log of another make: `rccsim convert LOG > log.csv`"
+"""What to do with a table that is not written as ours are."""
+
+
 @dataclass(frozen=True)
 class Trace:
     """Time series by column name, the unit as the last part of each name.
@@ -153,8 +157,8 @@ def read_trace(
     try:
         names = table.column_names
     except UnicodeDecodeError:
-        hint = "a log of another make: `rccsim convert LOG > log.csv`"
-        raise InputError(f"{name}: its header is no text in UTF-8", hint) from None
+        what = f"{name}: its header is no text in UTF-8"
+        raise InputError(what, ELSEWHERE) from None
     if doubles := [column for column in names if names.count(column) > 1]:
         raise InputError(f"{name}: the column {doubles[0]} is there twice")
     for column in names:
@@ -193,7 +197,8 @@ def _csv(source: Source) -> Any:
             return csv.read_csv(stream)
         except pyarrow.ArrowInvalid as error:
             reason = str(error).partition("\n")[0]
-            raise InputError(f"{source.name}: not a CSV table: {reason}") from None
+            what = f"{source.name}: not a CSV table: {reason}"
+            raise InputError(what, ELSEWHERE) from None
 
 
 def _parquet(source: Source) -> Any:
@@ -218,9 +223,9 @@ def _first_word(values: list[Any]) -> tuple[int, Any]:
 
 def _check_rising(columns: Mapping[str, Array], name: str, along: str) -> None:
     if along not in columns:
-        raise InputError(
-            f"{name}: no column {along}", f"there are {', '.join(columns) or 'none'}"
-        )
+        there = f"there are {', '.join(columns) or 'none'}"
+        hint = ELSEWHERE if ";" in there or "\t" in there else there
+        raise InputError(f"{name}: no column {along}", hint)
     values, unit = columns[along], unit_of(along)
     if len(values) == 0:
         raise InputError(f"{name}: a header and no rows")

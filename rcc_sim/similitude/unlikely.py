@@ -199,6 +199,15 @@ def _rotor(vehicle: Vehicle) -> float | None:
     return added / vehicle.body.mass_kg.value
 
 
+def _damping(vehicle: Vehicle) -> float | None:
+    """Return the rate B n²/m at which damping slows a vehicle, times sqrt(l/g)."""
+    B = _stated(vehicle, "effects.drivetrain_damping.damping_nms_per_rad")
+    if B is None:
+        return None
+    slows = B * vehicle.rad_per_m**2 / vehicle.body.mass_kg.value
+    return slows * vehicle.wheelbase / _speed(vehicle)
+
+
 def _stall(vehicle: Vehicle) -> float:
     """Return the force at the wheels that voltage and resistance allow at standstill.
 
@@ -303,6 +312,14 @@ RATIOS = (
         0.0,
         1.0,
         "kg m² at the motor's shaft; 1 g cm² is 1e-7 kg m²",
+    ),
+    Ratio(
+        "effects.drivetrain_damping.damping_nms_per_rad",
+        "rate at which it slows the vehicle, times sqrt(l/g)",
+        _damping,
+        0.0,
+        0.3,
+        "N m s/rad at the motor's shaft; 1 mN m/krpm is 9.55e-6",
     ),
     Ratio(
         _MOTOR_R,

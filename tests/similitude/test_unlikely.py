@@ -29,6 +29,7 @@ SLIPS = [
     ("battery.open_circuit_voltage_v", 12),  # a pack's for a cell's
     ("effects.battery_resistance.resistance_ohm", 1000),  # mOhm
     ("effects.copper_loss.phase_resistance_ohm", 1000),
+    ("effects.drivetrain_damping.damping_nms_per_rad", 1000),  # mN m s
     ("effects.rotor_inertia.inertia_kgm2", 1e4),  # kg cm²
     ("effects.aerodynamic_drag.drag_area_m2", 100),  # the big car's
     ("effects.auxiliary_load.power_w", 1000),  # mW
