@@ -304,7 +304,7 @@ def _write(
 
 def _of_mended(found: Diagnosis, vehicle: Path) -> Iterator[str]:
     """Yield what to know of a mended vehicle file."""
-    from rcc_sim.diagnose.deliver import over_time
+    from rcc_sim.diagnose.deliver import over_time, varying
     from rcc_sim.diagnose.judge.energies import grew
 
     for a in (a for a in found.asserted if a.cause.tied):
@@ -324,6 +324,12 @@ def _of_mended(found: Diagnosis, vehicle: Path) -> Iterator[str]:
     for effect in over_time(found):
         over = found.gap.log if len(found.gaps) == 1 else "all logs"
         yield f"{effect} varies; {vehicle} holds its mean over {over}"
+    for effect in dict.fromkeys(varying(found)):
+        if effect not in over_time(found):
+            yield (
+                f"{effect} lies along the road that was driven: on another road, take "
+                f"it out of {vehicle}"
+            )
     before, after = found.proof.before, found.proof.after
     if before is not None and after is not None and grew(before, after):
         yield (
