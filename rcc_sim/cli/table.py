@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import IO, Any
+from typing import IO, Any, NoReturn
 
 FEW = 60
 """Rows that are shown in full."""
@@ -37,6 +37,7 @@ def print_table(
     from rich.text import Text
 
     console = Console(file=file)
+    console.on_broken_pipe = _broken_pipe  # type: ignore[method-assign]
     if title:
         console.print(Text(printable(title), style="bold"))
     if not rows:
@@ -55,6 +56,11 @@ def print_table(
         console.print(
             Text(f"... {len(rows) - len(part)} more rows; a pipe or --output has all")
         )
+
+
+def _broken_pipe() -> NoReturn:
+    """Let a pipe that was closed early end the program as any other output does."""
+    raise BrokenPipeError
 
 
 def _is_numeric(rows: Sequence[Mapping[str, Any]], key: str) -> bool:
