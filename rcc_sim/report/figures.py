@@ -28,6 +28,10 @@ OVERLAID = {
 """Dimensionless column -> what its axis is called; all of them are [1]."""
 
 
+SLIGHT = 0.01
+"""Share of the longest bar below which one is hardly seen."""
+
+
 def plot_cycles(actual: Cycle, scaled: Cycle, names: tuple[str, str]) -> Figure:
     """Draw a cycle as it is and at the other vehicle's size: together, then alone."""
     figure, (both, alone) = _sheet(2, height=1.9)
@@ -130,9 +134,19 @@ def _gap_bars(axis: Axes, word: str, rows: Sequence[Mapping[str, Any]]) -> None:
         ) from None
     places = np.arange(len(rows))
     colours = [COLOURS[1] if gap >= 0 else COLOURS[0] for gap in gaps]
-    drawn = axis.barh(places, gaps, 0.7, color=colours)
-    told = ["" if share is None else percent(share) for share in shares]
-    axis.bar_label(drawn, told, padding=3, fontsize=8)
+    axis.barh(places, gaps, 0.7, color=colours)
+    least = -SLIGHT * max(map(abs, gaps), default=0.0)
+    for place, gap, share in zip(places, gaps, shares, strict=True):
+        right = gap >= least  # of a bar that is hardly one, too: names are at the left
+        axis.annotate(
+            "" if share is None else percent(share),
+            (gap, place),
+            xytext=(3 if right else -3, 0),
+            textcoords="offset points",
+            ha="left" if right else "right",
+            va="center",
+            fontsize=8,
+        )
     axis.axvline(0.0, color="#555555", lw=0.8)
     axis.set_yticks(places, names)
     axis.set_ylabel(f"By {word}")
