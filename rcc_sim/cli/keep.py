@@ -93,9 +93,15 @@ def keep(
         Naming option and file.
     """
     known = [Path(name) for name in read if name and Path(name).is_file()]
+    taken: dict[Path, str] = {}
     for option, path in written.items():
         if path is None:
             continue
+        other = taken.setdefault(path.resolve(), option)
+        if other != option and (path.is_file() or not path.exists()):
+            raise InputError(
+                f"{option}: {path}: {other} writes there too", "give another name"
+            )
         if path.is_file() and any(map(path.samefile, known)):
             raise InputError(
                 f"{option}: {path}: is read here, and would be lost",

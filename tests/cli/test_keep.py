@@ -62,6 +62,16 @@ def test_a_log_that_is_given_twice_is_refused(tmp_path):
         once([one, two, str(tmp_path / "x" / ".." / "a.csv")])
 
 
+def test_two_results_in_one_file_are_refused(tmp_path):
+    twice = {"--profiles": tmp_path / "a.csv", "--output": tmp_path / "." / "a.csv"}
+    with pytest.raises(
+        InputError, match=r"--output: .*a\.csv: --profiles writes there"
+    ):
+        keep([], twice)
+    keep([], {"--profiles": tmp_path / "a.csv", "--output": tmp_path / "b.csv"})
+    keep([], {"--plot": Path("/dev/null"), "--output": Path("/dev/null")})
+
+
 def test_what_cannot_be_written_is_refused_before_the_work(tmp_path):
     with pytest.raises(InputError, match=r"--html: .*: is a folder"):
         keep([], {"--html": tmp_path})
