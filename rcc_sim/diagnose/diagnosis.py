@@ -29,6 +29,7 @@ from rcc_sim.diagnose.proof.hold_out import Proof
 from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.residuals.problem import Problem
 from rcc_sim.diagnose.search.compete import Explanation
+from rcc_sim.diagnose.search.taken import KeptOut
 
 TOLD, MOVED = 0.9, 0.1
 """Share of its stated sd below which the sd of a figure must fall for it to be written;
@@ -137,6 +138,7 @@ class Diagnosis:
             "moved": self.moved,
             "moved_together": self.moved_together,
             "taken_up": self.taken_up,
+            "kept_out": self.kept_out and asdict(self.kept_out),
             "foreseen": self.foreseen,
             "figures": {k: self._told(k, x) for k, x in self._moved().items()},
             "prices": self.prices and asdict(self.prices),
@@ -281,6 +283,11 @@ class Diagnosis:
     def moved_together(self) -> float:
         """Sds by which one would be off that is as unlikely as all of them."""
         return moved_together(self.fit, self.vehicle.figures())
+
+    @property
+    def kept_out(self) -> KeptOut | None:
+        """What gains enough for a cause, but for what so strong ones may leave."""
+        return self.found.kept_out if self.asserted else None
 
     @property
     def elsewhere(self) -> dict[str, float]:

@@ -126,7 +126,7 @@ def named(logs: Sequence[str]) -> str:
 
 def moved_figures(found: Diagnosis) -> Iterator[tuple[str, str]]:
     """Stated figures that the logs moved farthest: from, to, in their sds."""
-    stated = found.vehicle.figures()
+    stated, doubt = found.vehicle.figures(), ""
     if found.moved:
         told = (
             f"{key} {figures(stated[key].value, 4)} to "
@@ -136,6 +136,16 @@ def moved_figures(found: Diagnosis) -> Iterator[tuple[str, str]]:
         )
         doubt = doubt_of(found.moved, found.moved_together)
         yield "MOVED", "; ".join(filter(None, (", ".join(told), doubt)))
+    kept = found.kept_out
+    if kept is not None and doubt:
+        each = kept.values.items()
+        values = ", ".join(f"{k.rpartition('.')[2]} {figures(x, 3)}" for k, x in each)
+        yield (
+            "DOUBT",
+            f"{kept.effect} ({values}) may act in place of these shifts: it gains "
+            f"{kept.nats:.0f} nats, where {kept.needed:.0f} are asked beside so strong "
+            "a cause",
+        )
 
 
 def sds_to_measure(found: Diagnosis) -> Iterator[tuple[str, str]]:

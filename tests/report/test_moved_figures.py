@@ -17,6 +17,7 @@ from rcc_sim.diagnose.fitting.knobs import Knob
 from rcc_sim.diagnose.fitting.pulls import moved, moved_together
 from rcc_sim.diagnose.judge.verdict import Estimate
 from rcc_sim.diagnose.run import diagnose
+from rcc_sim.diagnose.search.taken import KeptOut
 from rcc_sim.report.doubts import differs, doubts, moved_figures, one_parts
 from rcc_sim.report.screen import screen
 from rcc_sim.report.verdict import verdict_of
@@ -33,9 +34,10 @@ def fitted(knobs, values):
     return Fit(values, tuple(knobs), 0, 0, [], [], after)
 
 
-def diagnosed(fit):
+def diagnosed(fit, kept_out=None):
     """What of a diagnosis says how far it moved what is stated."""
     return SimpleNamespace(
+        kept_out=kept_out,
         vehicle=SimpleNamespace(figures=lambda: FIGURES),
         moved=moved(fit, FIGURES),
         moved_together=moved_together(fit, FIGURES),
@@ -51,6 +53,17 @@ def test_the_farthest_come_first_and_those_within_an_sd_are_silent():
     told = list(moved_figures(diagnosed(fit)))
     says = "tyres.radius_m 0.05 to 0.049 (−2.0 sd), body.mass_kg 3 to 3.045 (+1.5 sd)"
     assert told == [("MOVED", says)]
+
+
+@pytest.mark.parametrize(("mass", "says"), [(3.06, False), (3.21, True)])
+def test_what_figures_far_off_may_stand_in_for_is_named(mass, says):
+    knobs = [Knob(k, v, 0.01 * v) for k, v in STATED.items()]
+    fit = fitted(knobs, STATED | {"body.mass_kg": mass})
+    kept = KeptOut("payload", {"effects.payload.mass_kg": 0.2}, 67.0, 75.0)
+    _, *more = moved_figures(diagnosed(fit, kept))
+    told = [("DOUBT", "payload (mass_kg 0.2) may act in place of these shifts: it gains "
+             "67 nats, where 75 are asked beside so strong a cause")]  # fmt: skip
+    assert more == (told if says else [])
 
 
 def test_where_none_moved_nothing_is_said():

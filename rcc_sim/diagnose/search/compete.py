@@ -15,7 +15,7 @@ from rcc_sim.diagnose.search.leave_out import one_alone, without_idle, without_o
 from rcc_sim.diagnose.search.look import shows, told_from
 from rcc_sim.diagnose.search.read_late import read_late
 from rcc_sim.diagnose.search.refine import Refined
-from rcc_sim.diagnose.search.taken import CONSTANT, Taken
+from rcc_sim.diagnose.search.taken import CONSTANT, KeptOut, Taken
 from rcc_sim.diagnose.search.winner import cause_of
 
 Way = Callable[[Engine], Engine]
@@ -48,6 +48,8 @@ class Explanation:
         tolerances; None where they tell none that is usual.
     hidden : frozenset
         Effects of which they would not have told a likely strength of any figure.
+    kept_out : KeptOut or None
+        What gained too little beside so strong causes, and enough for any other.
     """
 
     engine: Engine
@@ -57,6 +59,7 @@ class Explanation:
     ranking: dict[str, float]
     least_seen: dict[str, dict[str, float | None]] = field(default_factory=dict)
     hidden: frozenset[str] = frozenset()
+    kept_out: KeptOut | None = None
 
 
 def compete(
@@ -108,4 +111,6 @@ def compete(
     tried = {r.candidate.effect: r for r in look.known if r.shown}
     seen = {effect: told_from(r) for effect, r in tried.items()}
     hidden = frozenset(e for e, r in tried.items() if not shows(r, seen[e]))
-    return Explanation(engine, null, fit, tuple(causes), now.ranking, seen, hidden)
+    return Explanation(
+        engine, null, fit, tuple(causes), now.ranking, seen, hidden, now.kept_out
+    )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,6 +63,26 @@ VARYING, CONSTANT, TWO, NOTHING = "varying", "constant", "two", ""
 """What a turn has taken in."""
 
 
+@dataclass(frozen=True)
+class KeptOut:
+    """A cause that gains enough alone, and too little beside so strong ones.
+
+    Parameters
+    ----------
+    effect : str
+        Its id.
+    values : dict
+        Dotted key -> its figure.
+    nats, needed : float
+        What it gains, and what is asked of it.
+    """
+
+    effect: str
+    values: dict[str, float]
+    nats: float
+    needed: float
+
+
 class Taken:
     """What a competition has taken in by some turn.
 
@@ -89,6 +109,7 @@ class Taken:
         self.candidates, self.told = candidates, told
         self.causes: list[Cause] = []
         self.ranking: dict[str, float] = {}
+        self.kept_out: KeptOut | None = None
         self.outdone: set[str] = set()
         """Effects that are not to vary: something else of the same course outdid it."""
 
@@ -115,8 +136,13 @@ class Taken:
         Return which; nothing if nothing gains enough.
         """
         best, one = look.best, look.one
-        if best and one and best.trusted < needed_gain(self.causes, one.shares):
-            one = None
+        self.kept_out = None
+        if best and one:
+            needed = needed_gain(self.causes, one.shares)
+            if best.trusted < needed:
+                values = {key: best.fit.values[key] for key in one.keys}
+                self.kept_out = KeptOut(one.effect, values, best.trusted, needed)
+                one = None
         varying = self.varying(look)
         with_one: Fit | None = None
         if varying and best and one:
