@@ -61,8 +61,8 @@ def test_what_figures_far_off_may_stand_in_for_is_named(mass, says):
     fit = fitted(knobs, STATED | {"body.mass_kg": mass})
     kept = KeptOut("payload", {"effects.payload.mass_kg": 0.2}, 67.0, 75.0)
     _, *more = moved_figures(diagnosed(fit, kept))
-    told = [("DOUBT", "payload (mass_kg 0.2) may act in place of these shifts: it gains "
-             "67 nats, where 75 are asked beside so strong a cause")]  # fmt: skip
+    why = "may act in place of these shifts: it gains 67 nats, where 75 are asked"
+    told = [("DOUBT", f"payload (mass_kg 0.2) {why} beside so strong a cause")]
     assert more == (told if says else [])
 
 
