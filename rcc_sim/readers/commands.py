@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import contextlib
-import os
 import tempfile
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rcc_sim.errors import InputError, not_written
+from rcc_sim.errors import InputError
+from rcc_sim.files import atomic
 from rcc_sim.readers.car import Car, ratios
 from rcc_sim.readers.extras import library
 from rcc_sim.readers.log import Array
@@ -104,13 +102,14 @@ def write_commands(
     if format not in FORMATS:
         raise InputError(f"format: should be one of {', '.join(FORMATS)}: {format!r}")
     played = commands(time, speed, steer, vehicle)
-    with _replacing(Path(path)) as folder:
-        if format == "mcap":
-            _write_bag(played, folder / "bag", str(path))
-            (folder / "bag" / "bag.mcap").replace(folder / "done")
-        else:
-            with (folder / "done").open("wb") as file:
-                write_trace(played, file)
+    with atomic(Path(path), "wb") as file:
+        if format == "csv":
+            write_trace(played, file)
+            return
+        with tempfile.TemporaryDirectory() as folder:
+            bag = Path(folder, "bag")
+            _write_bag(played, bag, str(path))
+            file.write((bag / "bag.mcap").read_bytes())
 
 
 def _write_bag(played: Trace, folder: Path, where: str) -> None:
@@ -150,17 +149,6 @@ def _drive_message(store: Any, stamp: int, v: float, angle: float) -> Any:
         jerk=0.0,
     )
     return types[DRIVE[1]](header=header, drive=drive)
-
-
-@contextlib.contextmanager
-def _replacing(path: Path) -> Iterator[Path]:
-    """A folder beside a file; what it holds as ``done`` becomes the file."""
-    try:
-        with tempfile.TemporaryDirectory(dir=path.parent, prefix=".rccsim-") as name:
-            yield Path(name)
-            os.replace(Path(name, "done"), path)
-    except OSError as error:
-        raise not_written(path, error) from None
 
 
 def _array(name: str, values: ArrayLike) -> Array:
