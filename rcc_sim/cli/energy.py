@@ -115,7 +115,8 @@ def energy(
 def _tell_likeness(from_: str, to: str) -> None:
     """Say by which groups two vehicles differ, whose energies then do as well."""
     from rcc_sim.definitions.vehicle import load_vehicle
-    from rcc_sim.similitude.pi import DIFFER, compare
+    from rcc_sim.similitude.comparison import DIFFER
+    from rcc_sim.similitude.pi import compare
 
     pair = compare([load_vehicle(from_), load_vehicle(to)])
     if any(row.verdict == DIFFER for row in pair.groups):

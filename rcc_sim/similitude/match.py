@@ -8,7 +8,8 @@ from typing import Any
 
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import require_positive
-from rcc_sim.similitude.pi import AGREE, TOLERANCE, WITHIN, Comparison, Row, compare
+from rcc_sim.similitude.comparison import AGREE, WITHIN, Comparison, Row
+from rcc_sim.similitude.pi import TOLERANCE, compare
 from rcc_sim.similitude.quantities import KEYS, Figures, Interval, figures_of, product
 from rcc_sim.similitude.workshop import CHANGE, OUT, WORDS, Frame
 
