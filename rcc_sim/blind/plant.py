@@ -200,6 +200,33 @@ def extra_drag(p, v, delta, since_brake, t):
 
 
 @jit
+def is_slowed(p, tau, v, w, held, wish, brake):
+    """Tell whether the vehicle is being slowed, so that a brake may stick after it."""
+    if brake > 0.0:
+        return True
+    if p.speed_mode and held * p.n_file < 0.9 * w and wish <= 0.0:
+        return True
+    return tau < -0.02 * p.stick_T and v > 5.0 * p.v_low
+
+
+@jit
+def grip_at(p, s):
+    """Grip [1] of the road after a distance [m], patches of it being slippery."""
+    if (s - p.patch_from) % p.patch_every < p.patch_long and s > p.patch_from:
+        return min(p.patch_mu, p.mu)
+    return p.mu
+
+
+@jit
+def steered(p, cmd):
+    """Angle [rad] that the servo aims at, as it should, and as a weak side lets it."""
+    whole = p.steer_gain * cmd + p.steer_offset
+    if cmd > 0.0:
+        return whole, whole + (p.left_gain - 1.0) * p.steer_gain * cmd
+    return whole, whole
+
+
+@jit
 def at(table, x):
     """Value of a table at x, in steps of it; linear, flat beyond both ends."""
     if x <= 0.0:
