@@ -17,7 +17,7 @@ from rcc_sim.diagnose.noise.whitener import (
     log_density,
     weights,
 )
-from rcc_sim.diagnose.proof.hold_out import refitted
+from rcc_sim.diagnose.proof.folds import refitted
 from rcc_sim.errors import InputError
 
 

@@ -7,7 +7,7 @@ from rcc_sim.analyse.logged import Logged
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.fitting.engine import Engine
-from rcc_sim.diagnose.proof.hold_out import kept_back
+from rcc_sim.diagnose.proof.shrink import kept_back
 from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.report.screen import screen
@@ -33,7 +33,7 @@ def log(name, settings, seed, cycle="udds[0:300]"):
 
 def shrink(settings):
     other = Engine([problem_of(log("other", settings, 1), CAR)])
-    return kept_back(other, HEATED)
+    return kept_back(other, HEATED, {})
 
 
 def test_it_shrinks_where_the_cause_acts():

@@ -8,7 +8,7 @@ from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose import run
 from rcc_sim.diagnose.judge.verdict import EVEN
 from rcc_sim.diagnose.proof import proven
-from rcc_sim.diagnose.proof.hold_out import UNPROVEN
+from rcc_sim.diagnose.proof.shrink import UNPROVEN
 from tests import scaled_drive
 
 CAR = load_vehicle("rcc")
@@ -23,16 +23,16 @@ def log(tmp_path_factory):
 
 
 @pytest.mark.parametrize(
-    ("low", "sure"), [(None, True), (UNPROVEN.low, False), (0.0, False)]
+    ("nats", "sure"), [(None, True), (UNPROVEN.nats, False), (-3.0, False)]
 )
-def test_a_cause_is_as_sure_as_what_no_fit_saw_lets_it_be(monkeypatch, log, low, sure):
+def test_a_cause_is_as_sure_as_what_no_fit_saw_lets_it_be(monkeypatch, log, nats, sure):
     true_proof = proven.proof
 
     def proof(*of, **how):
         found = true_proof(*of, **how)
-        assert found.shrink.low > 0.5
-        least = found.shrink.low if low is None else low
-        return replace(found, shrink=replace(found.shrink, low=least))
+        assert found.shrink.low > 0.5 and found.shrink.nats > 100
+        told = found.shrink.nats if nats is None else nats
+        return replace(found, shrink=replace(found.shrink, nats=told))
 
     monkeypatch.setattr(proven, "proof", proof)
     found = run.diagnose([log], CAR, candidates=("auxiliary_load", "copper_loss"))

@@ -36,8 +36,9 @@ from rcc_sim.diagnose.profiles.remainder import (
     UNKNOWN_ENOUGH,
     Remainder,
 )
-from rcc_sim.diagnose.proof.hold_out import Proof, Shrink
+from rcc_sim.diagnose.proof.hold_out import Proof
 from rcc_sim.diagnose.proof.proven import is_refuted
+from rcc_sim.diagnose.proof.shrink import Shrink
 from rcc_sim.diagnose.search.screen import Screen
 from rcc_sim.diagnose.search.taken import outweighed
 from rcc_sim.physics.effects import EFFECTS

@@ -62,7 +62,9 @@ def proven(
     """
     torqued = any(p.torqued for p in (*engine.problems, *fresh))
     by_torque = torqued and leave_shaft(stands.causes, stands.engine.tracks)
-    how = partial(proof, nominal=engine, holdouts=fresh, by_torque=by_torque)
+    how = partial(
+        proof, nominal=engine, null=found.null, holdouts=fresh, by_torque=by_torque
+    )
     by_log = partial(each_log, gaps, engine, by_torque=by_torque)
     level = levels_of(stands.causes, stands.fit, stated)
     proved = how(stands.engine, fit=stands.fit, level=level)
@@ -74,7 +76,7 @@ def proven(
         refuted = tuple(c.effect for c in stands.causes)
         stands = only(engine, found, stands, [])
         proved = how(stands.engine, fit=stands.fit, level={})
-    unproven = not fresh and proved.shrink.may_be_none
+    unproven = not fresh and proved.shrink.is_none
     unproven |= stays_off(
         proved.before, proved.after, noise_of(gaps), doubtless=doubtless
     )

@@ -1,0 +1,75 @@
+"""Stretches of the logs that are held out in turn, and fits that did not see them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rcc_sim.diagnose.fitting import descent
+from rcc_sim.diagnose.fitting.descent import SHORTER
+from rcc_sim.diagnose.fitting.engine import Engine
+from rcc_sim.diagnose.fitting.fit import Fit
+from rcc_sim.diagnose.noise.whitener import Whitener
+
+Mask = NDArray[np.bool_]
+
+STRETCHES = 8
+"""Stretches that a log is cut into; every other one is held out in turn."""
+
+FARTHEST = 3.0
+"""Standard deviations by which half of a log may move a figure: beyond, it is bent."""
+
+BORDER = 1.5
+"""Time around a border between stretches that neither side uses: half of what noise
+remembers each. Of logs under 48 s less, a quarter of a stretch. [s]"""
+
+
+def folds(engine: Engine) -> list[tuple[list[Mask], list[Mask]]]:
+    """Rows to fit on and rows to judge on, per log, for each of two folds."""
+    out = []
+    for odd in (0, 1):
+        train, test = [], []
+        for p in engine.problems:
+            t = p.log["time_s"]
+            edges = np.linspace(t[0], t[-1], STRETCHES + 1)
+            which = np.clip(np.searchsorted(edges, t, side="right") - 1, 0, STRETCHES)
+            which = np.minimum(which, STRETCHES - 1)
+            inner = edges[1:-1]
+            border = min(BORDER, 0.25 * float(edges[1] - edges[0]))
+            near = np.abs(t[:, None] - inner[None, :]).min(axis=1) < border
+            held = which % 2 == odd
+            train.append(~held & ~near)
+            test.append(held & ~near)
+        out.append((train, test))
+    return out
+
+
+def restricted(noise: Sequence[Whitener], engine: Engine, rows: list[Mask]) -> Mask:
+    """Which of all whitened residuals lie on some rows."""
+    return np.concatenate(
+        [rows[log][w.valid] for w, (log, _) in zip(noise, engine.tracks, strict=True)]
+    )
+
+
+def refitted(engine: Engine, fit: Fit, rows: list[Mask]) -> Fit:
+    """A fit moved to what these rows alone ask for, to first order.
+
+    The step ends where no vehicle could have them together.
+    """
+    part = restricted(fit.noise, engine, rows)
+    along = engine.whitened(fit.signals, fit.noise)
+    step, _ = descent.newton_step(engine, fit, along.white, part)
+    far = FARTHEST * fit.sds()
+    step = np.clip(step, -far, far)
+    for share in SHORTER:
+        moved = descent.stepped(engine, fit, share * step)
+        if moved is not None:
+            return moved
+    return fit
+
+
+def halves(engine: Engine, fit: Fit) -> list[tuple[Fit, list[Mask]]]:
+    """Fits that each half of the stretches asks for, and the rows of the other."""
+    return [(refitted(engine, fit, train), test) for train, test in folds(engine)]
