@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import IO, Any
 
@@ -42,10 +43,12 @@ def write_mended(found: Diagnosis, path: Path) -> None:
     settings = {key: figure.value for key, figure in found.figures().items()}
     share = speed_share(found.vehicle.changed(effects=values, settings=settings))
     for a in found.asserted:
-        profile = a.cause.profiles.get(found.shown)
+        profile = way_out(found, a.cause)
         if profile is not None and profile.along == "distance_m":
             beside = path.with_name(f"{path.stem}.{a.cause.effect}.csv")
-            distance, slope = beyond(profile)
+            (key,) = a.cause.keys
+            figure = a.figures[key.rpartition(".")[2]].value
+            distance, slope = beyond(profile, figure - base_of(found, key))
             stated = road_of(found.vehicle)
             if stated is None:
                 distance = distance * share
@@ -63,15 +66,38 @@ def write_mended(found: Diagnosis, path: Path) -> None:
         write_vehicle(found.vehicle, path, found.figures(), effects, log)
 
 
-def beyond(profile: Profile) -> tuple[Array, Array]:
-    """Return a profile less its mean, and one knot more at which it is nil.
+def way_out(found: Diagnosis, cause: Cause) -> Profile | None:
+    """Return a cause's profile over the log that is shown, as the way out goes.
+
+    Of a log driven the other way none: that of the first that was not, or, where all
+    were, its own from its end, where the way out begins.
+    """
+    problems, profiles = found.found.engine.problems, cause.profiles
+    if not profiles:
+        return None
+    first = sorted(profiles, key=lambda i: (problems[i].drive.back, i != found.shown))
+    profile = profiles[first[0]]
+    if not problems[first[0]].drive.back or profile.along != "distance_m":
+        return profile
+    knots = (profile.knots[-1] - profile.knots)[::-1]
+    return replace(profile, knots=knots, value=profile.value[::-1], sd=profile.sd[::-1])
+
+
+def beyond(profile: Profile, less: float) -> tuple[Array, Array]:
+    """Return a profile beside a constant, and one knot more at which both come to nil.
 
     A drive that goes farther than the log finds there the road that the file states,
     and not for ever the last slope that was found.
     """
-    knots, mean = profile.knots, profile.mean
+    knots = profile.knots
     step = knots[-1] - knots[-2]
-    return np.append(knots, knots[-1] + step), np.append(profile.value - mean, -mean)
+    return np.append(knots, knots[-1] + step), np.append(profile.value - less, -less)
+
+
+def base_of(found: Diagnosis, key: str) -> float:
+    """Return what a varying cause acts on top of: what was fitted, else is stated."""
+    stated = found.vehicle.figures().get(key)
+    return found.fit.values.get(key, stated.value if stated else 0.0)
 
 
 def varying(found: Diagnosis) -> list[str]:
@@ -91,9 +117,9 @@ def acting(found: Diagnosis, cause: Cause, log: int = 0) -> tuple[Array, Array]:
     """
     profile, key = cause.profiles[log], cause.keys[0]
     x = found.found.engine.problems[log].coordinate(profile.along)
-    stated = found.vehicle.figures().get(key)
-    base = found.fit.values.get(key, stated.value if stated else 0.0)
-    return profile.at(x) + base, Z_90 * np.interp(x, profile.knots, profile.sd)
+    return profile.at(x) + base_of(found, key), Z_90 * np.interp(
+        x, profile.knots, profile.sd
+    )
 
 
 def write_profiles(found: Diagnosis, file: IO[bytes], log: int = 0) -> None:

@@ -38,6 +38,9 @@ SLIGHT = 0.05
 """Share of its typical departure from 1 that a scale must have to be told: a wheel's
 radius is no better defined than by what its tyre slips."""
 
+SAME = 0.02
+"""Share of itself by which a first strength has to differ from what is stated."""
+
 BEYOND = 2.5
 """Times its typical departure from neutral that a scale may have."""
 
@@ -343,6 +346,8 @@ def search_of(problem: Problem, effect: Effect, param: Param) -> Search:
         first = 1.1 * neutral
     else:
         first = sqrt(max(a, 1e-9) * b) if small is None else LIKELY * small
+    if abs(first - neutral) < SAME * abs(first):  # else the search ends as it begins
+        first = 0.5 * (neutral + (a if neutral - a > b - neutral else b))
     if unit_of(param.name) == "s" and param.acts == "":
         least = WITHIN_ROW * problem.row
     most = max(abs(a - param.neutral), abs(b - param.neutral))

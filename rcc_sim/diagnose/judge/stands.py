@@ -9,6 +9,7 @@ from math import inf, isfinite
 
 from rcc_sim.diagnose.causes.candidates import Candidate
 from rcc_sim.diagnose.causes.cause import ENOUGH, Cause, left_by_stronger
+from rcc_sim.diagnose.causes.profile import with_acting
 from rcc_sim.diagnose.causes.sums import with_all_figures
 from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
@@ -132,7 +133,7 @@ def only(
     if len(causes) == len(now.causes):
         return replace(now, causes=causes)
     mine = {k for c in causes for k in c.keys}
-    acting = found.engine if any(c.profiles for c in causes) else engine
+    acting = varying_as(engine, found, causes)
     kept = [k for k in now.fit.knobs if k.key in mine or isfinite(k.sd)]
     keys = {k.key for k in kept} | mine  # what a profile holds is none of the fit's
     kept += [k for k in found.null.knobs if k.key not in keys]
@@ -142,6 +143,16 @@ def only(
     fit = descent.fit(acting, start, kept)
     left = remainder(acting, fit, constant(causes))
     return replace(now, engine=acting, fit=fit, causes=causes, left=left)
+
+
+def varying_as(engine: Engine, found: Explanation, causes: Sequence[Cause]) -> Engine:
+    """Return the logs with the profiles of these causes acting, and of no other."""
+    varying = [c for c in causes if c.profiles]
+    if len(varying) == sum(bool(c.profiles) for c in found.causes):
+        return found.engine
+    for cause in varying:
+        engine = with_acting(engine, cause.profiles)
+    return engine
 
 
 def constant(causes: Sequence[Cause]) -> dict[str, tuple[str, ...]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import hypot, inf
+from math import inf
 
 from rcc_sim.analyse.gap import Gap
 from rcc_sim.analyse.gap_energy import COVERAGE
@@ -56,7 +56,10 @@ def each_log(
 
 
 def noise_of(gaps: Sequence[Gap]) -> float:
-    """Return how far noise and a rough road may put the energy of logs, in percent."""
+    """Return how far noise and a rough road may put the energy of logs, in percent.
+
+    The mean of the sizes of their gaps, in percent of all their energy.
+    """
     measured = abs(sum(g.energy.measured_wh or 0.0 for g in gaps))
-    noise = hypot(*(g.energy.noise_wh for g in gaps))
+    noise = sum(g.energy.noise_wh for g in gaps)
     return 100 * COVERAGE * noise / measured if measured else inf

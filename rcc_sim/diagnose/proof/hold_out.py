@@ -9,12 +9,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.analyse.gap_energy import (
-    energy_of,
-    logged_power,
-    percent_of,
-    row_weights,
-)
+from rcc_sim.analyse.gap_energy import energy_of, percent_of, row_weights
+from rcc_sim.analyse.gap_power import measured_power, power_of
 from rcc_sim.diagnose.causes.cause import Cause
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
@@ -105,13 +101,14 @@ def energy_percent(
     problems: Sequence[Problem],
     fitted: Iterable[tuple[dict[str, float], Sequence[Mask] | None]],
 ) -> float | None:
-    """Energy gap of free runs with these figures on rows that they did not see.
+    """Energy gap of free runs with these figures on rows that they did not see. [%]
 
-    A torque that was measured reads as much too much as its log says; in one that no
-    fit saw, as the first says. A road is as it was felt; in one that no fit saw, as it
-    was logged.
+    Of several logs the mean of their sizes, in percent of all their energy: what one
+    takes too much is not what another takes too little. A torque that was measured
+    reads as much too much as its log says; in one that no fit saw, as the first says. A
+    road is as it was felt; in one that no fit saw, as it was logged.
     """
-    measured = simulated = 0.0
+    sums = np.zeros((len(problems), 2))
     for figures, rows in fitted:
         for i, p in enumerate(problems):
             if rows is None:
@@ -123,9 +120,12 @@ def energy_percent(
             found = energies(p, true, own, judged)
             if found is None:
                 return None
-            measured += found[0]
-            simulated += found[1]
-    return percent_of(measured, simulated)
+            sums[i] += found
+    if len(problems) == 1:
+        return percent_of(*sums[0])
+    measured, simulated = sums.T
+    whole = float(measured.sum())
+    return percent_of(whole, whole - float(np.abs(measured - simulated).sum()))
 
 
 def energy_by_log(
@@ -151,11 +151,14 @@ def as_read(p: Problem, figures: Mapping[str, float], log: int) -> Problem:
 def energies(
     p: Problem, true: Problem, figures: dict[str, float], rows: Mask | None = None
 ) -> tuple[float, float] | None:
-    """Energy that a log measured, and that a vehicle takes on its true drive. [J]"""
-    power = logged_power(p.log)
+    """Energy that a log measured, and that a vehicle takes on its true drive. [J]
+
+    At the battery, or where that was not measured at the motor's shaft.
+    """
+    at, power = measured_power(p.log, p.vehicle)
     if power is None:
         return None
-    model = true.driven(figures)["battery_power_w"]
+    model = power_of(at, true.driven(figures))
     ok = np.isfinite(power) & np.isfinite(model)
     weights = row_times(p, ok)
     if rows is not None:

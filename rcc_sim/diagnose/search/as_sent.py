@@ -41,8 +41,7 @@ def as_sent(
     ``null`` is what tolerances alone leave as the logs are, where that is known.
     """
     now = [p.drive.held for p in engine.problems]
-    drives = zip(*map(every_way, engine.problems), strict=False)
-    other = [some for some in drives if [d.held for d in some] != now]
+    other = [d for d in every_way(engine.problems) if [x.held for x in d] != now]
     ways = engine.each(partial(with_drives, engine), other)
     if not ways:
         return averaged(engine, null, explained)
@@ -91,6 +90,7 @@ def is_logged_later(engine: Engine, begun: Engine) -> bool:
     return all(
         (p.drive.held, p.drive.window) == ((BEFORE, q.drive.held[1]), q.drive.window)
         for p, q in zip(engine.problems, begun.problems, strict=True)
+        if not p.drive.imposed
     )
 
 
@@ -193,21 +193,29 @@ def with_drives(engine: Engine, drives: Sequence[Drive]) -> Engine:
     return Engine([replace(p, drive=drive) for p, drive in pairs])
 
 
-def every_way(problem: Problem) -> list[Drive]:
-    """Return a drive with its commands in every way, its flows samples and means.
+def every_way(problems: Sequence[Problem]) -> list[list[Drive]]:
+    """Return the drives of logs, commands in every way, flows samples, and as they are.
 
-    A car that takes its reference by a clock of its own (``reference_sampling``) may
-    have been logged after it: a row then shows what has acted since that clock struck.
+    One logger wrote them: what is asked is asked of all that are driven by commands. A
+    car that takes its reference by a clock of its own (``reference_sampling``) may have
+    been logged after it: a row then shows what has acted since that clock struck.
     """
-    drive = problem.drive
-    if drive.imposed:
+    if all(p.drive.imposed for p in problems):
         return []
-    windows = sorted({min(drive.window, SAMPLE), drive.window})
-    clocked = "reference_sampling" in problem.vehicle.effects
+    clocked = any("reference_sampling" in p.vehicle.effects for p in problems)
     ways = [(r, s) for r in (LINE, SINCE, BEFORE)[: 2 + clocked] for s in (LINE, SINCE)]
-    return [
-        replace(drive, held=way, window=window) for way in ways for window in windows
-    ]
+    own = [p.drive.window for p in problems]
+    samples = [min(window, SAMPLE) for window in own]
+
+    def drives(way: tuple[int, int], windows: Sequence[float]) -> list[Drive]:
+        each = zip((p.drive for p in problems), windows, strict=True)
+        return [
+            d if d.imposed else replace(d, held=way, window=window)
+            for d, window in each
+        ]
+
+    some = [samples] if samples == own else [samples, own]
+    return [drives(way, windows) for way in ways for windows in some]
 
 
 def likelihood(engine: Engine) -> float:

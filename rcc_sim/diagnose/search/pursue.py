@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import inf
+from math import inf, isfinite
 
 from rcc_sim.diagnose.causes.cause import TIED
 from rcc_sim.diagnose.fitting import descent
@@ -40,6 +40,24 @@ def with_effect(
     start = engine.attempt(base.values | screened.values, knobs, noise)
     kept = along.but(gone)
     return start and pursued(engine, start, keys, kept, wanted=wanted)
+
+
+def from_nothing(engine: Engine, base: Fit, screened: Screened, found: Fit) -> Fit:
+    """Return a candidate that ended worse than the base it started from, or better.
+
+    One figure is followed from where it does nothing: at the strength that the screen
+    promised the others may be so far off that no step leads back.
+    """
+    (key, *more) = screened.values
+    (search,) = (s for s in screened.candidate.searches if s.key == key)
+    if more or search.grid or search.clocked or not isfinite(search.neutral):
+        return found
+    start = engine.attempt(base.values | {key: search.neutral}, found.knobs, base.noise)
+    if start is None:
+        return found
+    new = descent.followed(engine, start, key)
+    new = descent.improve(engine, new, rounds=ANEW, least=SETTLED)
+    return new if new.score > found.score else found
 
 
 def pursued(

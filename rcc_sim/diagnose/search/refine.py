@@ -18,6 +18,7 @@ from rcc_sim.diagnose.search.pursue import (
     ANEW,
     STEPS,
     effect_knobs,
+    from_nothing,
     pursued,
     with_effect,
 )
@@ -160,7 +161,10 @@ def refine(
 
     def one(pair: tuple[Screened, Fit]) -> Fit | None:
         r, start = pair
-        return with_effect(engine, start, r, base.noise, along[id(start.signals)])
+        fit = with_effect(engine, start, r, base.noise, along[id(start.signals)])
+        if fit is None or fit.score >= start.score or r.gain < needed:
+            return fit
+        return from_nothing(engine, start, r, fit)
 
     fits = engine.each(one, found)
     every = []
