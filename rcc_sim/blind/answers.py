@@ -55,7 +55,8 @@ def answer(
         return row
     causes = diagnosis.get("causes", [])
     named = [c["effect"] for c in causes]
-    ranked = named + [r["effect"] for r in diagnosis.get("ranking", [])]
+    ranking = [r["effect"] for r in diagnosis.get("ranking", [])]
+    ranked = list(dict.fromkeys([*named, *ranking]))
     true = row["true"]
     row |= {
         "status": diagnosis.get("status"),

@@ -50,7 +50,7 @@ from rcc_sim.diagnose.residuals.repeated import not_shared
 from rcc_sim.diagnose.residuals.shapes import LATERAL
 from rcc_sim.diagnose.residuals.sizes import size_of
 from rcc_sim.diagnose.residuals.terminals import VOLTAGE
-from rcc_sim.diagnose.search.as_sent import as_sent
+from rcc_sim.diagnose.search.as_sent import as_sent, kept_alike
 from rcc_sim.diagnose.search.compete import compete
 from rcc_sim.errors import InputError
 from rcc_sim.jit import threads
@@ -121,7 +121,7 @@ def diagnose(
     stated = {key: figure.value for key, figure in vehicle.figures().items()}
     stands = what_stands(engine, found, able, stated, told)
     told("proof on held-out rows")
-    fresh = [problem_of(one.log, vehicle) for one in holdouts]
+    fresh = kept_alike([problem_of(one.log, vehicle) for one in holdouts], engine)
     doubtless = any(g.energy.within is False for g in gaps)
     large = any(g.energy.beyond(DOUBTLESS) for g in gaps)
     kept = proven(engine, found, stands, gaps, fresh, stated, doubtless=doubtless)

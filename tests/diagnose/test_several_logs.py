@@ -15,7 +15,7 @@ from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.judge.stands import varying_as
 from rcc_sim.diagnose.proof.hold_out import energies, energy_percent
 from rcc_sim.diagnose.residuals.posed import problem_of
-from rcc_sim.diagnose.search.as_sent import every_way
+from rcc_sim.diagnose.search.as_sent import every_way, kept_alike
 from rcc_sim.physics.tables import LINE, SINCE
 from rcc_sim.simulate.run import simulate
 from rcc_sim.trace import Trace
@@ -124,3 +124,13 @@ def test_a_road_beside_a_slope_of_all_logs_adds_up_to_its_own():
     knots, value = beyond(own, 0.004)
     np.testing.assert_allclose(value[:-1] + 0.004, own.value)
     assert value[-1] + 0.004 == 0.0 and knots[-1] > own.knots[-1]
+
+
+def test_a_log_kept_back_is_driven_as_those_that_were_fitted(commanded):
+    """Commands that hold in the one hold in the other: one logger wrote both."""
+    holds = replace(commanded, drive=replace(commanded.drive, held=(SINCE, LINE)))
+    (other,) = kept_alike([commanded], Engine([holds]))
+    assert other.drive.held == (SINCE, LINE)
+    assert other.drive.window == commanded.drive.window
+    speed = imposed("speed.csv")
+    assert kept_alike([speed], Engine([holds]))[0] is speed

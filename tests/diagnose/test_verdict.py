@@ -154,7 +154,7 @@ def test_causes_that_stay_are_fitted_again_from_where_all_stood(monkeypatch):
     mass, load = Knob("body.mass_kg", 1500.0, 50.0), Knob("effects.payload.mass_kg", 0)
     null = Fit({mass.key: 300.0}, (mass,), 0, 0, [], [])
     all_of = Fit({mass.key: 1490.0, load.key: -690.0}, (mass, load), 0, 0, [], [])
-    found = SimpleNamespace(null=null, engine=None)
+    found = SimpleNamespace(null=null, engine=None, causes=())
     stays = Cause("payload", (load.key,), 50.0)
     now = Standing(None, all_of, [stays, CAUSE], NOTHING)
     begun = []
@@ -173,8 +173,8 @@ def test_what_a_profile_holds_is_not_fitted_again_beside_it(monkeypatch):
     null = Fit({mass.key: 1500.0, power.key: 1378.0}, (mass, power), 0, 0, [], [])
     drag = Knob("effects.payload.mass_kg", 0)
     both = Fit({mass.key: 1490.0, drag.key: 80.0}, (mass, drag), 0, 0, [], [])
-    found = SimpleNamespace(null=null, engine=None)
     heater = Cause("auxiliary_load", (power.key,), 900.0, profiles={0: None})
+    found = SimpleNamespace(null=null, engine=None, causes=(heater,))
     begun = []
     monkeypatch.setattr(descent, "fit", lambda _, start, knobs: begun.append(start))
     monkeypatch.setattr(verdicts, "remainder", lambda *_: NOTHING)

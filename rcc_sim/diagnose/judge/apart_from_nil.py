@@ -40,7 +40,7 @@ def apart_from_nil(
 def _ended(engine: Engine, fit: Fit, one: Asserted, name: str) -> Estimate:
     """Return an estimate whose interval holds its neutral value no more, if it may."""
     told, (key,) = one.figures[name], one.cause.keys
-    nil = neutral_of(key)
+    nil = neutral_of(key, engine.problems[0].vehicle.known)
     inside = told.low <= nil <= told.high and nil != told.value
     if not inside or not fit.frees(key) or _lost(engine, fit, key, nil) < LESS:
         return told

@@ -115,7 +115,8 @@ def what_stands(
         now = with_fewer(now, standing(now))
     causes, fit = with_all_figures(now.engine, now.fit, now.causes, candidates)
     row = size_of(engine.problems[0], "row")
-    some = [c for c in causes[1:] if not may_be_nil(fit, c, stated, row)]
+    effects = engine.problems[0].vehicle.known
+    some = [c for c in causes[1:] if not may_be_nil(fit, c, stated, row, effects)]
     now = with_fewer(replace(now, causes=causes, fit=fit), [*causes[:1], *some])
     for cause in now.causes:
         now = replace(now, left=with_cut(now.left, now.engine, now.fit, cause))

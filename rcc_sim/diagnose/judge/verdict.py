@@ -267,7 +267,13 @@ def asserted_of(
     return tuple(map(one, causes, chances))
 
 
-def may_be_nil(fit: Fit, cause: Cause, stated: Mapping[str, float], row: float) -> bool:
+def may_be_nil(
+    fit: Fit,
+    cause: Cause,
+    stated: Mapping[str, float],
+    row: float,
+    known: Mapping[str, Effect],
+) -> bool:
     """Tell whether all figures of a constant cause may be as if it were not there.
 
     A delay of a fraction of a row may be gained by what another effect does a little
@@ -276,7 +282,7 @@ def may_be_nil(fit: Fit, cause: Cause, stated: Mapping[str, float], row: float) 
     if cause.profiles:
         return False
     found = estimates(fit, cause, stated, row)
-    neutral = {k.rpartition(".")[2]: neutral_of(k) for k in cause.keys}
+    neutral = {k.rpartition(".")[2]: neutral_of(k, known) for k in cause.keys}
     return all(e.low <= neutral[name] <= e.high for name, e in found.items())
 
 

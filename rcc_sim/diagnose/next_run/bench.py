@@ -314,12 +314,21 @@ class Bench:
         each = self.engine.each(one, wanted)
         return {k.key: signal for k, signal in zip(wanted, each, strict=True)}
 
-    def offset(self, logs: Sequence[Seen], column: str) -> Array:
-        """Return what an offset of one sensor changes."""
+    def offset(self, logs: Sequence[Seen], what: str) -> Array:
+        """Return what an offset of one sensor changes, or a shape of size 1.
+
+        A gain, or a reading that is late, is no surer in a log that is yet to come.
+        """
         parts = []
         for log in logs:
             one = np.ones(len(log.problem.speed))
-            parts.append(log.white([one * (c == column) for c in self.channels]))
+            shape = log.problem.shapes.get(what)
+            if shape is None:
+                tracks = [one * (c == what) for c in self.channels]
+            else:
+                known = dict(zip(log.problem.channels, shape.tracks, strict=True))
+                tracks = [known.get(c, 0.0 * one) for c in self.channels]
+            parts.append(log.white(tracks))
         return np.concatenate(parts)
 
 

@@ -15,6 +15,7 @@ from rcc_sim.diagnose.judge.verdict import Asserted
 from rcc_sim.diagnose.next_run.bench import Bench, Nats
 from rcc_sim.diagnose.next_run.menu import Run
 from rcc_sim.errors import InputError
+from rcc_sim.physics.effect import Effect
 from rcc_sim.physics.effects import neutral_of
 
 MOST = 4
@@ -97,7 +98,8 @@ def next_experiments(
         :func:`rcc_sim.diagnose.judge.ties.rivals_of` finds it.
     """
     ties = [a.cause.effect for a in asserted if a.cause.tied]
-    wide = [a for a in asserted if not a.cause.tied and is_wide(a, fit)]
+    known = engine.problems[0].vehicle.known
+    wide = [a for a in asserted if not a.cause.tied and is_wide(a, fit, known)]
     if not ties and not wide:
         return []
     bench = Bench(engine, fit)
@@ -111,14 +113,14 @@ def next_experiments(
     return narrowing(bench, fit, wide[0])
 
 
-def is_wide(asserted: Asserted, fit: Fit) -> bool:
+def is_wide(asserted: Asserted, fit: Fit, known: Mapping[str, Effect]) -> bool:
     """Tell whether the interval of a cause says little of its size."""
     knobs = {k.key for k in fit.knobs}
     for key in asserted.cause.keys:
         figure = asserted.figures.get(key.rpartition(".")[2])
         if figure is None or asserted.cause.profiles or key not in knobs:
             continue
-        departs = abs(figure.value - neutral_of(key))
+        departs = abs(figure.value - neutral_of(key, known))
         if 0.5 * (figure.high - figure.low) > WIDE * departs:
             return True
     return False

@@ -223,7 +223,7 @@ class Problem:
     def stated(self, key: str) -> float:
         """Return what the vehicle file says of a figure, or what it is without."""
         figure = self.vehicle.figures().get(key)
-        return figure.value if figure else neutral_of(key)
+        return figure.value if figure else neutral_of(key, self.vehicle.known)
 
     @cached_property
     def shapes(self) -> dict[str, Shape]:

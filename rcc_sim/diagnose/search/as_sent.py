@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
@@ -176,6 +177,27 @@ def driven_as(engine: Engine, like: Engine) -> Engine:
         for p, q in zip(engine.problems, like.problems, strict=True)
     ]
     return with_drives(engine, drives)
+
+
+def kept_alike(problems: Sequence[Problem], like: Engine) -> list[Problem]:
+    """Return logs that were kept back, driven as those that were fitted were found.
+
+    One logger wrote them: commands run, and flows are samples or means, as in the most
+    of those that are imposed as they are, or commanded.
+    """
+
+    def one(p: Problem) -> Problem:
+        same = [q for q in like.problems if q.drive.imposed == p.drive.imposed]
+        if not same or (p.drive.imposed and not is_asked(p)):
+            return p
+        ((held, samples), _), *_ = Counter(
+            (q.drive.held, q.drive.window <= SAMPLE) for q in same
+        ).most_common(1)
+        means = inf if p.drive.imposed else p.drive.window
+        window = min(p.drive.window, SAMPLE) if samples else means
+        return replace(p, drive=replace(p.drive, held=held, window=window))
+
+    return [one(p) for p in problems]
 
 
 def are_driven_as(engine: Engine, like: Engine) -> bool:

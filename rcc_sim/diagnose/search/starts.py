@@ -145,7 +145,9 @@ def afresh(
     limits, and need not find back as it grows. All are screened: beside what stands in
     for it an effect may promise nothing. What is far behind the best then is no cause.
     """
-    stated = {k.key: k.value for k in fit.knobs if k.sd < inf and BIAS not in k.key}
+    stated = {
+        k.key: k.value for k in fit.knobs if k.sd < inf and not k.key.startswith(BIAS)
+    }
     start = engine.at(fit, fit.values | stated)
     if start is None:
         return []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from importlib import import_module
 from math import isfinite
 from pathlib import Path
@@ -15,8 +16,11 @@ EFFECTS: dict[str, Effect] = {
 """Id -> effect, in alphabetical order."""
 
 
-def neutral_of(key: str) -> float:
-    """Value of a figure at which its effect vanishes; 0 where that is infinite."""
+def neutral_of(key: str, known: Mapping[str, Effect]) -> float:
+    """Value of a figure at which its effect vanishes; 0 where that is infinite.
+
+    ``known`` are all effects, a user's own among them.
+    """
     _, name, param = key.split(".")
-    neutral = EFFECTS[name].param(param).neutral if name in EFFECTS else 0.0
+    neutral = known[name].param(param).neutral if name in known else 0.0
     return neutral if isfinite(neutral) else 0.0
