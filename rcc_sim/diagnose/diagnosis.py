@@ -125,6 +125,7 @@ class Diagnosis:
                 "energy_gap_percent_before": self.proof.before,
                 "energy_gap_percent_after": self.proof.after,
                 "energy_by_measured_torque": self.proof.by_torque,
+                "courses_held_out": not self.courses_fitted,
             },
             "by_log": [
                 {
@@ -199,6 +200,11 @@ class Diagnosis:
             return 1.0
         explained = max(self.proof.shrink.explained, 0.0)
         return 1.0 - explained if self.left.is_real else 0.0
+
+    @property
+    def courses_fitted(self) -> bool:
+        """Whether the proof's rows gave the course of what varies over the drive."""
+        return not self.kept_back and any(a.cause.profiles for a in self.asserted)
 
     @property
     def taken_up(self) -> bool:

@@ -209,7 +209,12 @@ def held_out(report: Report) -> Markup:
         if shrink.get("held_out")
         else "Judged on the same data as fitted: no proof."
     )
-    told = seen + " Mean square error beyond noise, channels in units of their noise."
+    if shrink.get("courses_held_out") is False:
+        seen += " The course of what varies was fitted there as well."
+    told = seen + (
+        " Mean square error beyond noise, channels in units of their noise: what their "
+        "sensors scatter, and a rough road."
+    )
     if shrink.get("explained") is not None:
         told += f" Explained: {percent(shrink['explained'])}"
         if shrink.get("low") is not None and shrink.get("high") is not None:

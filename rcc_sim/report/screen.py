@@ -324,6 +324,8 @@ def _proof(found: Diagnosis) -> Iterator[tuple[str, str]]:
         gone += ": hardly anything was, so that is not sure"
     if s.high - s.low >= NOTHING:
         gone = "too little is beyond noise, row by row, to tell what of it is gone"
+    if found.courses_fitted:
+        energy += "; the course of what varies was fitted there as well"
     yield "PROOF", f"on {_held_out(found)} {gone}{energy}"
 
 

@@ -25,6 +25,7 @@ def found(probabilities=(), shrink=(0.9, 0.8, 1.0)):
             by_torque=False,
         ),
         kept_back=(),
+        courses_fitted=False,
     )
 
 

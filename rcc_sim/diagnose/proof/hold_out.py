@@ -122,7 +122,7 @@ def energy_percent(
                 return None
             sums[i] += found
     if len(problems) == 1:
-        return percent_of(*sums[0])
+        return percent_of(*sums[0].tolist())
     measured, simulated = sums.T
     whole = float(measured.sum())
     return percent_of(whole, whole - float(np.abs(measured - simulated).sum()))
