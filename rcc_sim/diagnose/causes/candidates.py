@@ -320,8 +320,9 @@ def search_of(problem: Problem, effect: Effect, param: Param) -> Search:
         if param.acts == "rows":
             low = max(low, BLURRED * problem.drive.smear)
             grid = tuple(x for x in grid if x >= low) or (low,)
-    measured = param.acts == "rows" and of_battery(param) and problem.late > low
-    grid = (problem.late,) if measured else grid
+    late = clearly_late(problem, param)
+    measured = late > low
+    grid = (late,) if measured else grid
     if param.acts == "slip" and problem.drive.imposed:
         high = stiffest(problem)
         low = min(low, high)
@@ -360,6 +361,15 @@ def search_of(problem: Problem, effect: Effect, param: Param) -> Search:
     return Search(
         key, neutral, low, high, first, grid, *how, least, most, likely, measured, sd
     )
+
+
+def clearly_late(problem: Problem, param: Param) -> float:
+    """Return the delay [s] that courses show of a reading; 0 if none is clear."""
+    if param.acts == "rows" and of_battery(param):
+        return problem.late
+    if param.acts == "rows" and param.sought.of == "speed":
+        return problem.early
+    return 0.0
 
 
 def of_battery(param: Param) -> bool:

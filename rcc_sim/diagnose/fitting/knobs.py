@@ -235,12 +235,12 @@ def delay_knobs(problem: Problem) -> list[Knob]:
     """The delay that the battery's readings may have beside the speed in a slow log.
 
     None where a torque drives the model: what its clock does to them are shapes of
-    their own. Nor where they are clearly late: that is a cause.
+    their own. Nor where they, or the speed, are clearly late: that is a cause.
     """
     row, vehicle = problem.row, problem.vehicle
     told = problem.torqued or problem.charge is not None or DELAY in vehicle.effects
     asked = problem.drive.imposed and row >= POLLED and battery_channel(problem)
-    if told or not asked or problem.late:
+    if told or not asked or problem.late or problem.early:
         return []
     low, high = vehicle.known[DELAY].param("battery_delay_s").bounds
     return [Knob(BATTERY_LATE, 0.0, ASKED * row, low, high, acts="rows")]

@@ -1,4 +1,4 @@
-"""By how much the battery's readings come late, as their course beside a drive says."""
+"""By how much battery or speed comes late, as the course of both says."""
 
 from __future__ import annotations
 
@@ -39,8 +39,16 @@ def lateness(problem: Problem) -> float:
     In such a drive nothing but their meter makes them late. What a noise model that
     remembers takes for noise at any other delay, the course of both shows at once.
     """
+    return max(clear_delay(problem), 0.0)
+
+
+def clear_delay(problem: Problem) -> float:
+    """Delay [s] of the battery's readings beside an imposed drive; 0 if none is clear.
+
+    Negative where it is the speed that comes late.
+    """
     delay, left = problem.delay
-    return delay if left <= CLEARLY**2 and delay >= ROWS * problem.row else 0.0
+    return delay if left <= CLEARLY**2 and abs(delay) >= ROWS * problem.row else 0.0
 
 
 def likeliest_delay(problem: Problem) -> tuple[float, float]:
