@@ -48,8 +48,9 @@ class Shrink:
     explained, low, high : float
         1 - after/before, with its 90 % interval over pieces of these rows.
     nats : float
-        By which causes are likelier there than stated figures alone, moved as their
-        sds let them: by the noise that the causes leave, or what kept-back logs have.
+        By which causes are likelier there than stated figures alone, and these figures
+        where they then are: by the noise that the causes leave, or what kept-back logs
+        have.
     """
 
     before: float
@@ -154,6 +155,7 @@ def hold_out(
             np.sum(log_density(acting.white(half.residuals, fit.noise))[judged])
             - np.sum(log_density(nominal.white(none.residuals, fit.noise))[judged])
         )
+        nats += (half.prior - none.prior) / len(mended)
     return shrink_of(before, after, nats)
 
 
