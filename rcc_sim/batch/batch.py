@@ -186,7 +186,7 @@ def _counted(store: Store, progress: Progress) -> Progress:
     """Count the errors of every row that is there, of earlier runs too."""
     whole = Progress(progress.total, progress.before, began=progress.began)
     start = 0
-    for table in store.tables(["error"]):
+    for table in store.tables(store.named("error", "log")):
         whole.count(start, table)
         start += len(table)
     return whole

@@ -216,6 +216,12 @@ class Store:
             self._place(self.output, join)
             shutil.rmtree(self.folder)
 
+    def named(self, *columns: str) -> list[str]:
+        """Return those of some columns that the rows have."""
+        first = next(iter(self.tables(None)), None)
+        there = [] if first is None else first.column_names
+        return [name for name in columns if name in there]
+
     def tables(self, columns: list[str] | None = None) -> Iterator[pyarrow.Table]:
         """Give the rows, part by part; all columns unless some are named."""
         import pyarrow.parquet as pq
@@ -300,14 +306,24 @@ def _difference(text: bytes, manifest: Manifest) -> str:
     except (ValueError, KeyError, TypeError):
         return "no rows of rccsim"
     after = {**manifest.about, "rows": manifest.rows}
-    for key in after:
-        if before.get(key) != after[key]:
-            return f"{key} {_short(before.get(key))}, now {_short(after[key])}"
+    for key, old, new in _pairs(before, after):
+        if old != new:
+            return f"{key} {_short(old)}, now {_short(new)}"
     return "the same settings with other figures behind them"
 
 
+def _pairs(before: Any, after: Any) -> Iterator[tuple[str, Any, Any]]:
+    """Give each key with what both say of it, those of a table one by one."""
+    for key in after:
+        old, new = before.get(key), after[key]
+        if isinstance(old, dict) and isinstance(new, dict):
+            yield from _pairs(dict.fromkeys(new) | old, dict.fromkeys(old) | new)
+        else:
+            yield key, old, new
+
+
 def _short(value: Any) -> str:
-    text = str(value) or "nothing"
+    text = "nothing" if value in (None, "", "None", "[]") else str(value)
     return text if len(text) <= 80 else text[:77] + "..."
 
 

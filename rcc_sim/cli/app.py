@@ -136,6 +136,7 @@ to go through them after every few hundred new ones took a tenth of a diagnosis.
 
 def main() -> NoReturn:
     """Run a command; a user's mistake is one line on stderr, never a traceback."""
+    _open_closed()
     asked: list[int] = []
 
     def stop(signum: int, _: object) -> NoReturn:
@@ -175,6 +176,13 @@ def main() -> NoReturn:
         code = 2
         say_error(f"{error.filename or 'stdout'}: {error.strerror or error}")
     _leave(code)
+
+
+def _open_closed() -> None:
+    """Let a stream that the caller closed (``>&-``) go nowhere: there is none else."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115
 
 
 def _leave(code: int) -> NoReturn:

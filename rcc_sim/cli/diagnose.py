@@ -182,7 +182,7 @@ def diagnose(
     once(inputs)
     found = _found(
         logs, back, on_stand, vehicle, withhold or [], hide or [], effects,
-        holdout or [], repeats or [], span_of(span), reader, map_,
+        holdout or [], repeats or [], span_of(span), reader, map_, next_run,
     )  # fmt: skip
     _write(found, write_vehicle, profiles, next_run)
     if html is not None:
@@ -211,6 +211,7 @@ def _found(
     span: tuple[float, float],
     reader: str | None,
     map_: str | None,
+    next_run: Path | None,
 ) -> Diagnosis:
     import gc
     import os
@@ -218,6 +219,7 @@ def _found(
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the logs keep the cores busy
     from rcc_sim.analyse.logged import open_log
     from rcc_sim.cli.progress import told
+    from rcc_sim.diagnose.deliver import refuse_bag
     from rcc_sim.diagnose.run import diagnose
 
     gc.freeze()  # what was imported stays: no need to look through it again and again
@@ -239,6 +241,8 @@ def _found(
         *opened(back, span=span, back=True),
         *opened(on_stand, span=span, on_stand=True),
     ]
+    if next_run is not None:
+        refuse_bag(next_run, found[0].log, car)
     # before a fit that takes its time: it may be the wrong vehicle, or unit
     tell_notes([(one.log.name, notes_of(one.findings)) for one in found])
     with told("diagnosing") as tell:

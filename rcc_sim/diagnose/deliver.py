@@ -11,12 +11,14 @@ from numpy.typing import NDArray
 
 from rcc_sim.definitions.figure import Z_90
 from rcc_sim.definitions.kernel import road_of
+from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.definitions.write_vehicle import write_vehicle
 from rcc_sim.diagnose.causes.cause import Cause
 from rcc_sim.diagnose.causes.profile import Profile
 from rcc_sim.diagnose.diagnosis import Diagnosis
 from rcc_sim.diagnose.next_run.limits import level_column, limits_of
 from rcc_sim.diagnose.next_run.menu import Run, menu
+from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.errors import InputError
 from rcc_sim.files import atomic, restored
 from rcc_sim.readers import write_commands
@@ -24,6 +26,9 @@ from rcc_sim.simulate.replay import speed_share
 from rcc_sim.trace import Trace, write_trace
 
 Array = NDArray[np.float64]
+
+SPEED_COMMAND = "speed_ref_mps"
+"""Column by which a car in speed mode is driven."""
 
 
 def write_mended(found: Diagnosis, path: Path) -> None:
@@ -142,6 +147,21 @@ def write_profiles(found: Diagnosis, file: IO[bytes], log: int = 0) -> None:
     write_trace(Trace(columns), file)
 
 
+def refuse_bag(path: Path, log: Trace, vehicle: Vehicle) -> None:
+    """Raise if a run is to be written as a bag, and is not commanded by its speed.
+
+    Asked before the work: a drive like the log is made by the same column.
+    """
+    if path.suffix != ".mcap":
+        return
+    column = level_column(problem_of(log, vehicle))
+    if column != SPEED_COMMAND:
+        raise InputError(
+            f"--next-run: {path}: should end in .csv where {column} is what is driven",
+            "a bag holds the commands of a car whose mode is speed",
+        )
+
+
 def write_next_run(found: Diagnosis, path: Path) -> Run:
     """Write, and return, the best run that commands make; of out and back, one way.
 
@@ -161,16 +181,11 @@ def write_next_run(found: Diagnosis, path: Path) -> Run:
         every = [r for r in every if r.is_commanded and not r.is_both_ways]
         runs = [max(every, key=lambda r: (float(np.ptp(r.legs[0].steer)), r.seconds))]
     leg = runs[0].commands
-    kind = "mcap" if path.suffix == ".mcap" else "csv"
     column = level_column(problem)
-    if column == "speed_ref_mps":
+    if column == SPEED_COMMAND:
+        kind = "mcap" if path.suffix == ".mcap" else "csv"
         write_commands(path, leg.time, leg.level, leg.steer, found.vehicle, format=kind)
         return runs[0]
-    if kind == "mcap":
-        raise InputError(
-            f"--next-run: {path}: should end in .csv where {column} is what is driven",
-            "a bag holds the commands of a car whose mode is speed",
-        )
     columns = {"time_s": leg.time, column: leg.level, "steer_cmd_rad": leg.steer}
     with atomic(path, "wb") as file:
         write_trace(Trace(columns), file)

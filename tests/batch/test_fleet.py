@@ -121,6 +121,15 @@ def test_logs_that_fail_alike_are_counted_together(logs):
     ]
 
 
+@pytest.mark.parametrize("place", ["out", "out.parquet"])
+def test_a_batch_that_goes_on_says_the_same_of_what_failed(logs, place):
+    """Which log it was, not the number of its row, and the same words."""
+    first = run_batch(fleet(), logs.parent / place)
+    again = run_batch(fleet(), logs.parent / place)
+    assert first.failures == again.failures
+    assert first.log == again.log == {next(iter(first.failures)): "logs/d.csv"}
+
+
 def test_two_processes_give_the_rows_of_one(logs):
     one, two = logs.parent / "one", logs.parent / "two"
     run_batch(fleet(), one)

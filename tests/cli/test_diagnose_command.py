@@ -1,7 +1,10 @@
 import json
+import subprocess
+import sys
 from pathlib import Path
 from types import SimpleNamespace
 
+import pandas as pd
 import pytest
 
 from rcc_sim.cli.diagnose import _of_mended
@@ -40,6 +43,27 @@ def test_a_diagnosis_writes_all_that_is_asked_for(drive, tmp_path):
     assert value == pytest.approx(3, rel=0.05)
     gap = rccsim("gap", drive, "--vehicle", files["--write-vehicle"], "--json")
     assert abs(json.loads(gap.stdout)["energy"]["gap_percent"]) < 3
+
+
+def test_a_bag_of_what_is_not_commanded_is_refused_before_the_work(drive, tmp_path):
+    """After it all was lost but the mended file."""
+    log, mended = tmp_path / "imposed.csv", tmp_path / "mended.toml"
+    table = pd.read_csv(drive)[["time_s", "speed_mps", "battery_power_w"]]
+    table.to_csv(log, index=False)
+    asked = ("--next-run", tmp_path / "n.mcap", "--write-vehicle", mended)
+    done = rccsim("diagnose", log, "--vehicle", "rcc", *asked)
+    assert done.returncode == 2 and "should end in .csv where speed_mps" in done.stderr
+    assert not mended.exists() and "refining" not in done.stderr
+
+
+@pytest.mark.parametrize("closed", ["1", "2"])
+def test_a_stream_that_was_closed_is_no_error(closed):
+    code = f"import os; os.close({closed}); "
+    code += "os.execvp(sys.executable, [sys.executable, '-m', 'rcc_sim', 'vehicles'])"
+    done = subprocess.run(
+        [sys.executable, "-c", f"import sys; {code}"], capture_output=True, text=True
+    )
+    assert done.returncode == 0 and "Traceback" not in done.stderr
 
 
 @pytest.mark.slow
