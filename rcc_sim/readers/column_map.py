@@ -7,11 +7,13 @@ import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-from rcc_sim.errors import InputError, did_you_mean
+from rcc_sim.errors import InputError
+from rcc_sim.readers.names import refuse_unfinished, unread
 from rcc_sim.units import G, unit_of
 
 FOLDER = Path(__file__).with_name("maps")
@@ -187,7 +189,10 @@ def load_map(name: str | Path) -> ColumnMap:
         return shipped[str(name)]
     path = Path(name).expanduser()
     if not path.is_file():
-        hint = f"a TOML file, or one of {', '.join(sorted(shipped))}"
+        near = [m for m in shipped if m.startswith(f"{name}_")]
+        near = near or get_close_matches(str(name), shipped, n=1)
+        meant = f"did you mean {near[0]}? " if near else ""
+        hint = f"{meant}a TOML file, or one of {', '.join(sorted(shipped))}"
         raise InputError(f"{name}: no such column map", hint)
     return _load(path, shipped=False)
 
@@ -256,7 +261,7 @@ def map_of(text: str, path: Path, *, shipped: bool = False) -> ColumnMap:
         skip_rows=int(_number(head, "skip_rows", 0, where)),
         rate_hz=_number(head, "rate_hz", 0.0, where),
         carry_tenths=bool(head.get("carry_tenths", False)),
-        notes=tuple(head.get("notes", ())),
+        notes=(*head.get("notes", ()), *(() if shipped else unread(columns))),
         columns={n: _terms(n, c, where) for n, c in columns.items()},
     )
 
@@ -265,7 +270,7 @@ def _terms(column: str, raw: Any, where: str) -> tuple[Term, ...]:
     key = f"{where}: columns.{column}"
     if not re.fullmatch(r"[a-z][a-z0-9_]*", column):
         raise InputError(f"{key}: should be lower_snake_case with its unit last")
-    _refuse_unfinished(column, key)
+    refuse_unfinished(column, key)
     if isinstance(raw, str):
         raw = {"from": raw}
     if not isinstance(raw, dict):
@@ -274,17 +279,6 @@ def _terms(column: str, raw: Any, where: str) -> tuple[Term, ...]:
         return (_term(column, raw, key),)
     _known(raw, {"sum"}, key)
     return tuple(_term(column, part, f"{key}.sum") for part in raw["sum"])
-
-
-def _refuse_unfinished(column: str, key: str) -> None:
-    """Raise if a name is one that is read, but for its unit: nothing would read it."""
-    from rcc_sim.readers.suggest import MEANINGS
-
-    names = [m.column for m in MEANINGS]
-    meant = [name for name in names if name.startswith(f"{column}_")]
-    if meant and column not in names:
-        what = f"{key}: should end in its unit, or nothing reads it"
-        raise InputError(what, did_you_mean(column, meant))
 
 
 def _term(column: str, raw: dict[str, Any], key: str) -> Term:
@@ -316,14 +310,22 @@ def _term(column: str, raw: dict[str, Any], key: str) -> Term:
     )
 
 
+def _plain(unit: str) -> str:
+    """Return a unit by its letters and figures alone."""
+    return re.sub(r"[^0-9a-z%]", "", unit.lower())
+
+
 def _unit_scale(column: str, unit: str, key: str) -> float:
     ours = unit_of(column)
     if not unit:
         return 1.0
     if unit not in UNITS:
+        near = [known for known in UNITS if _plain(known) == _plain(unit)]
+        near = near or get_close_matches(unit, UNITS, n=1)
+        meant = f"did you mean {near[0]}? " if near else ""
         raise InputError(
             f"{key}.unit: not a unit that is known: {unit!r}",
-            f"there are {', '.join(UNITS)}; or give a factor",
+            f"{meant}there are {', '.join(UNITS)}; or give a factor",
         )
     factor, to = UNITS[unit]
     if to != ours:
