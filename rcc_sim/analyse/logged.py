@@ -129,6 +129,7 @@ def open_log(
     trace = Trace({**trace.columns, **all_along}, name=trace.name)
     reading = replace(reading, trace=trace)
     trace = _within(_without(trace, hide), span)
+    again = counted_again(trace, vehicle)
     if is_on_stand(trace):
         trace = _without(trace, [c for c in MOVING if c in trace])
     trace, notes = one_clock(trace)
@@ -152,7 +153,7 @@ def open_log(
     _refuse(log, checked.findings)
     told = [f for f in checked.findings if not turned or f.kind != turned[0].kind]
     own = (*notes, *rolled, *turned, *held, *renewed)
-    findings = (*file_findings(reading), *own, *told)
+    findings = (*file_findings(reading), *own, *again, *told)
     return Logged(log, findings, reading, tuple(hide))
 
 
@@ -197,6 +198,21 @@ def _times(start: float, end: float) -> str:
     """Return a span in words; infinite is as far as the log goes."""
     first = f"{start:g} s" if start > -np.inf else "its start"
     return f"{first} to {f'{end:g} s' if end < np.inf else 'its end'}"
+
+
+def counted_again(trace: Trace, vehicle: Vehicle) -> list[Finding]:
+    """Return what a log has that was hidden as its vehicle's file was mended."""
+    return [
+        Finding(
+            "counted_again",
+            column,
+            f"was hidden as {vehicle.name} was mended, which holds what it says",
+            action=f"counted twice; --hide {column} leaves it out",
+            severity="warning",
+        )
+        for column in vehicle.vehicle.mended_without
+        if column in trace
+    ]
 
 
 def _without(trace: Trace, hide: Sequence[str]) -> Trace:

@@ -56,6 +56,7 @@ class Heading(Table):
     source: str = ""
     extends: str = ""
     notes: str = ""
+    mended_without: tuple[str, ...] = ()
 
 
 class Body(Table):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -51,6 +51,7 @@ def write_vehicle(
     figures: Mapping[str, Stated],
     effects: Mapping[str, Mapping[str, Stated | float | str]],
     log_name: str,
+    held_back: Sequence[str] = (),
 ) -> None:
     """Write the file of a vehicle with other figures and further effects.
 
@@ -72,6 +73,9 @@ def write_vehicle(
         folder.
     log_name : str
         What the figures are derived from.
+    held_back : sequence of str
+        Columns that these logs have, and that were hidden: a log that has them would
+        count them twice.
 
     Raises
     ------
@@ -95,6 +99,10 @@ def write_vehicle(
                 _put(table, key, float(value))
             else:
                 _put(table, key, _table_of(value, log_name))
+    if held_back:
+        table = _table(document, ["vehicle"])
+        every = dict.fromkeys([*table.get("mended_without", []), *held_back])
+        _put(table, "mended_without", list(every))
     _write(target, tomlkit.dumps(document))
 
 

@@ -68,7 +68,7 @@ def write_mended(found: Diagnosis, path: Path) -> None:
         for beside, road in roads.items():
             with atomic(beside, "wb") as file:
                 write_trace(road, file)
-        write_vehicle(found.vehicle, path, found.figures(), effects, log)
+        write_vehicle(found.vehicle, path, found.figures(), effects, log, found.hidden)
 
 
 def way_out(found: Diagnosis, cause: Cause) -> Profile | None:

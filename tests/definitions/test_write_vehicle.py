@@ -2,8 +2,10 @@
 
 import shutil
 
+import numpy as np
 import pytest
 
+from rcc_sim.analyse.logged import counted_again
 from rcc_sim.definitions.faults import vehicle_faults
 from rcc_sim.definitions.figure import Figure
 from rcc_sim.definitions.kernel import efficiency_map
@@ -11,6 +13,7 @@ from rcc_sim.definitions.library import find
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.definitions.write_vehicle import write_vehicle
 from rcc_sim.errors import InputError
+from rcc_sim.trace import Trace
 
 TEXT = """\
 # a car of ours
@@ -193,3 +196,17 @@ def test_a_vehicle_that_extends_another_finds_the_files_of_that_one(tmp_path):
         efficiency_map(vehicle), efficiency_map(parent), strict=True
     ):
         assert (ours == theirs).all() and ours.size > 1
+
+
+def test_what_was_hidden_counts_twice_and_is_told(ours, tmp_path):
+    """A heater that a mended file holds, and a log of it, would be two heaters."""
+    mended, again = tmp_path / "mended.toml", tmp_path / "again.toml"
+    write_vehicle(load_vehicle(ours), mended, {}, ROLLS, "a.csv", ["aux_power_w"])
+    write_vehicle(load_vehicle(mended), again, {}, {}, "b.csv", ["slope"])
+    car = load_vehicle(again)
+    assert car.vehicle.mended_without == ("aux_power_w", "slope")
+    time = np.arange(0, 5, 0.1)
+    log = Trace({"time_s": time, "aux_power_w": 1.0 + 0.1 * np.sin(time)}, name="log")
+    (told,) = counted_again(log, car)
+    assert told.channel == "aux_power_w" and "--hide aux_power_w" in told.action
+    assert not counted_again(log, load_vehicle(ours))
