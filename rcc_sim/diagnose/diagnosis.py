@@ -17,10 +17,10 @@ from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.fitting.knobs import BIAS, OWN, RADIUS, Knob
 from rcc_sim.diagnose.fitting.pulls import moved, moved_together
 from rcc_sim.diagnose.judge.energies import SHRUNK, stays_off
+from rcc_sim.diagnose.judge.ranking import ranking
 from rcc_sim.diagnose.judge.verdict import (
     INTERVAL,
     Asserted,
-    ranking,
 )
 from rcc_sim.diagnose.next_run.experiment import Experiment
 from rcc_sim.diagnose.profiles.remainder import Remainder
@@ -51,6 +51,8 @@ class Diagnosis:
         Where each log and the nominal model part.
     status : str
         no_gap, explained, partly_explained or unexplained.
+    short : tuple of str
+        In what the causes come short of explaining all, in words.
     asserted : tuple of Asserted
         The causes, strongest first.
     found : Explanation
@@ -93,6 +95,7 @@ class Diagnosis:
     asked: tuple[str, ...] = ()
     hidden: tuple[str, ...] = ()
     by_log: tuple[LogEnergy, ...] = ()
+    short: tuple[str, ...] = ()
 
     def document(self) -> dict[str, Any]:
         """Return what ``--json`` prints."""
@@ -112,6 +115,7 @@ class Diagnosis:
             "vehicle": self.vehicle.name,
             "mode": first.mode,
             "status": self.status,
+            "comes_short": list(self.short),
             "where": where(first),
             "candidates": list(self.asked),
             "hidden": list(self.hidden),

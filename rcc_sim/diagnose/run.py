@@ -19,7 +19,6 @@ from rcc_sim.analyse.logged import Logged
 from rcc_sim.analyse.offsets import OFFSETS
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.causes.candidates import candidates_for
-from rcc_sim.diagnose.causes.cause import left_by_stronger
 from rcc_sim.diagnose.diagnosis import Diagnosis
 from rcc_sim.diagnose.fitting.engine import MEMORY, Engine
 from rcc_sim.diagnose.fitting.fit import Fit
@@ -34,10 +33,10 @@ from rcc_sim.diagnose.judge.verdict import (
     DOUBTLESS,
     EVEN,
     asserted_of,
+    chances_of,
     ends_early,
     of_another,
-    probability,
-    status_of,
+    verdict,
 )
 from rcc_sim.diagnose.next_run.experiment import next_experiments
 from rcc_sim.diagnose.profiles.as_felt import as_felt
@@ -141,25 +140,17 @@ def diagnose(
     farthest = farthest_moved(fit, stated, gaps)
     # what was found beside a stronger cause that ends is no surer than that
     early = [*accumulate((ends_early(c, fit, vehicle.known) for c in causes), or_)]
-    chances = [
-        probability(
-            c,
-            left,
-            farthest,
-            doubtful=end
-            or kept.unproven
-            or is_doubtful(c, loose)
-            or felt_otherwise(c, told_of),
-            spared=left_by_stronger(c, causes),
-        )
+    doubtful = [
+        end or kept.unproven or is_doubtful(c, loose) or felt_otherwise(c, told_of)
         for c, end in zip(causes, early, strict=True)
     ]
+    chances = chances_of(causes, left, farthest, doubtful)
     row = size_of(engine.problems[0], "row")
     asserted = asserted_of(fit, causes, stands.rivals, stated, row, chances)
     asserted = apart_from_nil(acting, fit, asserted)
     told("which run to drive next")
     runs = tuple(next_experiments(acting, fit, asserted, stands.rivals))
-    status = status_of(
+    comes_to = verdict(
         causes,
         left,
         proved.before,
@@ -177,10 +168,24 @@ def diagnose(
     shown = farthest_off(gaps)
     hidden = tuple(dict.fromkeys(c for one in logs for c in one.hidden))
     return Diagnosis(
-        vehicle, engine.problems[shown], gaps, status, asserted, found, fit, left,
-        proved, runs, tuple(one.log.name for one in holdouts), kept.refuted, shown,
-        tuple(candidates), hidden, kept.by_log,
-    )  # fmt: skip
+        vehicle=vehicle,
+        problem=engine.problems[shown],
+        gaps=gaps,
+        status=comes_to.status,
+        short=comes_to.short,
+        asserted=asserted,
+        found=found,
+        fit=fit,
+        left=left,
+        proof=proved,
+        experiments=runs,
+        kept_back=tuple(one.log.name for one in holdouts),
+        withdrawn=kept.refuted,
+        shown=shown,
+        asked=tuple(candidates),
+        hidden=hidden,
+        by_log=kept.by_log,
+    )
 
 
 def farthest_moved(fit: Fit, stated: Mapping[str, float], gaps: Sequence[Gap]) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from rcc_sim.diagnose.judge.energies import stays_off
 from rcc_sim.report.text import figures, listed, percent, probable, signed
 from rcc_sim.units import SUFFIXES, unit_of
 
@@ -54,6 +55,8 @@ def verdict_of(diagnosis: Mapping[str, Any]) -> str:
         both = "the noise and the vehicle file's stated doubt"
         if energy.get("within") is False:
             taken = "the stated figures take it up as moved; one more drive tells"
+            if not closes(diagnosis.get("shrink") or {}):
+                taken = "nothing that was asked takes it up; one more drive tells"
             parts = [f"no gap{place} beyond {both}, row by row", told, taken]
         else:
             doubt = "doubt" if told else both
@@ -70,7 +73,7 @@ def verdict_of(diagnosis: Mapping[str, Any]) -> str:
     else:
         parts = [_because(diagnosis), _mended(diagnosis)]
         if status == "partly_explained":
-            parts.append("structure remains that this does not explain")
+            parts += diagnosis.get("comes_short") or []
     odd = [str(x["log"]) for x in diagnosis.get("by_log") or [] if x["disagrees"]]
     if odd:
         go = "does" if len(odd) == 1 else "do"
@@ -84,6 +87,15 @@ def verdict_of(diagnosis: Mapping[str, Any]) -> str:
     sentence = "; ".join(part for part in parts if part)
     end = "" if sentence.endswith("?") else "."
     return sentence[:1].upper() + sentence[1:] + end if sentence else ""
+
+
+def closes(shrink: Mapping[str, Any]) -> bool:
+    """Tell whether an energy gap is gone where no fit saw, or none is known there."""
+    before = shrink.get("energy_gap_percent_before")
+    after = shrink.get("energy_gap_percent_after")
+    return (
+        before is None or after is None or not stays_off(before, after, doubtless=True)
+    )
 
 
 def _unexplained(asked: Sequence[str]) -> str:

@@ -7,7 +7,7 @@ from rcc_sim.analyse.gap import gap
 from rcc_sim.analyse.logged import open_log
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.judge.verdict import status_of
+from rcc_sim.diagnose.judge.verdict import verdict
 from rcc_sim.diagnose.proof.by_log import LogEnergy
 from rcc_sim.diagnose.proof.hold_out import energy_by_log
 from rcc_sim.diagnose.proof.proven import opens_gaps
@@ -87,8 +87,10 @@ def test_a_gap_that_grows_beyond_chance_disagrees(before, after, chance, disagre
 
 
 def test_no_status_is_a_clean_one_where_logs_disagree():
-    assert status_of([], NOTHING, disagree=True) == "unexplained"
-    assert status_of([CAUSE], NOTHING, 20.0, 1.0, disagree=True) == "partly_explained"
+    assert verdict([], NOTHING, disagree=True).status == "unexplained"
+    assert (
+        verdict([CAUSE], NOTHING, 20.0, 1.0, disagree=True).status == "partly_explained"
+    )
 
 
 @pytest.mark.parametrize(

@@ -4,21 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from math import exp, hypot, inf, log
-from typing import Any
+from math import exp, hypot, inf
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.analyse.logcheck.finding import Finding
 from rcc_sim.definitions.figure import Z_90
-from rcc_sim.diagnose.causes.cause import ANOTHER_VEHICLE, ENOUGH, Cause
+from rcc_sim.diagnose.causes.cause import (
+    ANOTHER_VEHICLE,
+    ENOUGH,
+    Cause,
+    left_by_stronger,
+)
 from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.fitting.knobs import Knob
 from rcc_sim.diagnose.judge.energies import SHRUNK, stays_off
 from rcc_sim.diagnose.judge.ties import Rival
 from rcc_sim.diagnose.profiles.remainder import Remainder
-from rcc_sim.diagnose.search.compete import Explanation
 from rcc_sim.diagnose.search.screen import CLOSER, TICK
 from rcc_sim.physics.effect import Effect
 from rcc_sim.physics.effects import EFFECTS, neutral_of
@@ -108,7 +112,26 @@ class Asserted:
         return {name: x.document() for name, x in self.figures.items()}
 
 
-def status_of(
+UNSURE = "of one cause the chances are even"
+"""What is said of a cause that is as likely as not."""
+
+
+class Verdict(NamedTuple):
+    """What a diagnosis comes to.
+
+    Attributes
+    ----------
+    status : str
+        no_gap, explained, partly_explained or unexplained.
+    short : tuple of str
+        In what the causes come short of explaining all, in words.
+    """
+
+    status: str
+    short: tuple[str, ...] = ()
+
+
+def verdict(
     causes: list[Cause],
     left: Remainder,
     before: float | None = None,
@@ -123,8 +146,8 @@ def status_of(
     disagree: bool = False,
     even: bool = False,
     wanders: bool = False,
-) -> str:
-    """Return the status: no_gap, explained, partly_explained or unexplained.
+) -> Verdict:
+    """Return the status, and what the causes come short of.
 
     ``before`` and ``after`` are the energy gap [%] on rows that no fit saw. What does
     not shrink there, if it is ``doubtless`` or stays beyond ``noise`` [%], is not
@@ -137,11 +160,20 @@ def status_of(
     """
     if not causes:
         real = left.is_real or large or farthest > TOLERATED or disagree or wanders
-        return "unexplained" if real else "no_gap"
-    stays = left.is_real or ends or even or explained < 1 - SHRUNK
-    stays |= farthest > TOLERATED or disagree
-    stays |= stays_off(before, after, noise, doubtless=doubtless)
-    return "partly_explained" if stays else "explained"
+        return Verdict("unexplained" if real else "no_gap")
+    stays = stays_off(before, after, noise, doubtless=doubtless)
+    short = {
+        "structure remains that this does not explain": left.is_real,
+        "where no fit saw, more than a third of what is beyond noise stays":
+            explained < 1 - SHRUNK,
+        "the energy of rows that no fit saw stays off": stays,
+        "a figure ends where its search does": ends,
+        UNSURE: even,
+        "stated figures are too far off": farthest > TOLERATED,
+        "logs, or channels, contradict what was found": disagree,
+    }  # fmt: skip
+    told = tuple(reason for reason, holds in short.items() if holds)
+    return Verdict("partly_explained" if told else "explained", told)
 
 
 def of_another(findings: Iterable[Finding]) -> str:
@@ -161,6 +193,21 @@ def ends_early(cause: Cause, fit: Fit, known: Mapping[str, Effect]) -> bool:
         if x in (knob.low, knob.high) and x not in known[effect].param(name).bounds:
             return True
     return False
+
+
+def chances_of(
+    causes: Sequence[Cause],
+    left: Remainder,
+    farthest: float,
+    doubtful: Sequence[bool],
+) -> list[float]:
+    """Return the probability of each cause; of a ``doubtful`` one even at most."""
+    return [
+        probability(
+            c, left, farthest, doubtful=doubt, spared=left_by_stronger(c, causes)
+        )
+        for c, doubt in zip(causes, doubtful, strict=True)
+    ]
 
 
 def probability(
@@ -318,57 +365,3 @@ def _of_profile(fit: Fit, key: str, cause: Cause, stated: float) -> Estimate:
     sd = INTERVAL * float(np.average([p.mean_sd for p in told], weights=long))
     whole = estimate(mean, sd, np.concatenate([p.value for p in told]))
     return replace(whole, each=each)
-
-
-def ranking(
-    found: Explanation, asserted: list[Asserted], left: Remainder, status: str = ""
-) -> list[dict[str, float | str]]:
-    """Return all candidates with their probabilities and what each explains alone.
-
-    Each is weighed by the nats beyond those that it needs; nothing needs none. Where no
-    cause stands, no candidate counts for more than what it needs, whatever it gained;
-    a gap that stays unexplained is something unknown. Those that the logs cannot tell
-    from a cause name it, and share its probability, which is that one of them acts.
-    What the least sure cause leaves is the others'.
-    """
-    gains: Mapping[str, float] = found.ranking
-    tied = {e: a.cause.effect for a in asserted for e in a.cause.tied}
-    sure = {a.cause.effect: a.probability for a in asserted}
-    most = max([*gains.values(), left.evidence, 1.0])
-    rest = max(1.0 - min(sure.values(), default=0.0), 0.0)
-    beyond = {e: max(g, 0.0) - ENOUGH for e, g in gains.items()}
-    if not sure:
-        beyond = {e: min(x, 0.0) for e, x in beyond.items()}
-    beyond = {e: x - SOFT * log(len(gains)) for e, x in beyond.items()}
-    beyond |= {"unknown": left.evidence - left.enough, "none": 0.0}
-    if status == "unexplained":
-        beyond["unknown"] = max(beyond["unknown"], ENOUGH)
-    free = {e: x for e, x in beyond.items() if e not in sure and e not in tied}
-    likeliest = max(free.values())
-    weights = {e: exp((x - likeliest) / SOFT) for e, x in free.items()}
-    if EVEN in sure.values():  # beside another vehicle's figures, who knows
-        weights = {"unknown": 1.0}
-    others = sum(weights.values())
-    shared = {
-        e: a.probability / (1 + len(a.cause.tied))
-        for a in asserted
-        for e in (a.cause.effect, *a.cause.tied)
-    }
-    rows: list[dict[str, float | str]] = []
-    for effect in beyond:
-        gain = gains.get(effect, left.evidence if effect == "unknown" else 0.0)
-        chance = shared.get(effect, rest * weights.get(effect, 0.0) / others)
-        share = min(max(gain, 0.0) / most, 1.0)
-        rows.append(
-            {
-                "effect": effect,
-                "probability": chance,
-                "explains": share,
-                "tied_with": tied.get(effect, ""),
-            }
-        )
-    return sorted(
-        rows,
-        key=lambda r: (-float(r["probability"]), r["effect"] not in sure,
-                       -float(r["explains"])),
-    )  # fmt: skip
