@@ -15,6 +15,7 @@ from rcc_sim.diagnose.diagnosis import Diagnosis
 from rcc_sim.diagnose.judge.energies import grew
 from rcc_sim.diagnose.judge.verdict import (
     EVEN,
+    UNSURE,
     Asserted,
     Estimate,
 )
@@ -220,10 +221,8 @@ def _verdict(found: Diagnosis) -> str:
         told = told.replace("no gap", "no cause: no gap row by row") + f"; {RARE}"
     elif found.status != "no_gap" and all(energies):
         told += "; the course of the signals shows it, their energy alone would not"
-    if found.status == "partly_explained":
-        told += "".join(
-            f": {why}" for why in [s for s in found.short if s != UNSURE][:1]
-        )
+    why = next((s for s in found.short if s != UNSURE), "")
+    told += f": {why}" * bool(why)
     least = min((a.probability for a in found.asserted), default=1.0)
     if least < SURE:
         sure = "not for sure" if least > EVEN else "as likely as not"

@@ -14,6 +14,7 @@ def found(probabilities=(), shrink=(0.9, 0.8, 1.0)):
     return SimpleNamespace(
         gaps=[SimpleNamespace(energy=energy, channels=())],
         status="explained",
+        short=(),
         taken_up=False,
         moved={},
         asked=(),
