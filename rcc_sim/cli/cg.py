@@ -12,6 +12,13 @@ if TYPE_CHECKING:
     from rcc_sim.identify.cg import CentreOfGravity
 
 
+EXAMPLE = (
+    "Example: rccsim cg --wheelbase 0.324 --front 1.93 --rear 1.85; rccsim cg "
+    "--wheelbase 0.324 --balance 0.15 --mass 3.6 --target 0.159 --ballast-mass "
+    "0.2"
+)
+
+
 def cg(
     wheelbase: Annotated[float, typer.Option(help="[m]")],
     front: Annotated[
@@ -45,13 +52,7 @@ def cg(
     csv: Csv = False,
     output: Output = None,
 ) -> None:
-    """l_F and l_R from axle weights or a balance point, and the ballast that moves it.
-
-    Example: rccsim cg --wheelbase 0.324 --front 1.93 --rear 1.85
-
-    Example: rccsim cg --wheelbase 0.324 --balance 0.15 --mass 3.6 --target 0.159
-    --ballast-mass 0.2
-    """
+    """l_F and l_R by axle weights or a balance point, and ballast that moves them."""
     from rcc_sim.errors import InputError
     from rcc_sim.identify import cg as centre
 
@@ -109,4 +110,4 @@ def _ballast(
 
 def register(app: typer.Typer) -> None:
     """Add the command."""
-    app.command(name="cg")(cg)
+    app.command(name="cg", epilog=EXAMPLE)(cg)

@@ -22,6 +22,9 @@ DRIVES = ("motor_torque_nm", "motor_current_a", "throttle")
 COLUMNS = ("speed_mps", *DRIVES, "slope", "elevation_m")
 
 
+EXAMPLE = "Example: rccsim coastdown coast.csv --vehicle rcc"
+
+
 def coastdown(
     logs: Annotated[
         list[str],
@@ -54,8 +57,6 @@ def coastdown(
     Coasts are found where the motor gives nothing (torque, current or throttle in
     the log), else where the speed falls for longest. Several logs are fitted as one.
     Intervals hold 90 %.
-
-    Example: rccsim coastdown coast.csv --vehicle rcc
     """
     from rcc_sim.definitions.vehicle import load_vehicle
     from rcc_sim.identify.coastdown import fit_coastdown
@@ -160,4 +161,4 @@ def _document(
 
 def register(app: typer.Typer) -> None:
     """Add the command."""
-    app.command(name="coastdown")(coastdown)
+    app.command(name="coastdown", epilog=EXAMPLE)(coastdown)

@@ -12,6 +12,11 @@ if TYPE_CHECKING:
     from rcc_sim.identify.bifilar import YawInertia
 
 
+EXAMPLE = (
+    "Example: rccsim inertia --mass 3.78 --spacing 0.535 --length 0.60 --period 0.589"
+)
+
+
 def inertia(
     mass: Annotated[float, typer.Option(help="Everything on the wires. [kg]")],
     spacing: Annotated[float, typer.Option(help="Between the wires. [m]")],
@@ -43,10 +48,7 @@ def inertia(
     csv: Csv = False,
     output: Output = None,
 ) -> None:
-    """Yaw inertia from the period of a bifilar pendulum, with its uncertainty.
-
-    Example: rccsim inertia --mass 3.78 --spacing 0.535 --length 0.60 --period 0.589
-    """
+    """Yaw inertia from the period of a bifilar pendulum, with its uncertainty."""
     from rcc_sim.identify.bifilar import yaw_inertia
 
     hung = (mass, spacing, length)
@@ -117,4 +119,4 @@ def _document(result: YawInertia) -> dict[str, Any]:
 
 def register(app: typer.Typer) -> None:
     """Add the command."""
-    app.command(name="inertia")(inertia)
+    app.command(name="inertia", epilog=EXAMPLE)(inertia)

@@ -9,6 +9,8 @@ import typer
 from rcc_sim.cli.complete import vehicle_names
 from rcc_sim.cli.output import Csv, Json, Output, emit, say
 
+EXAMPLE = "Example: rccsim match rcc --to r1t"
+
 
 def match(
     vehicle: Annotated[
@@ -38,8 +40,6 @@ def match(
 
     Says which changes are out of reach and why, and what the other vehicle would have
     to be for the car, as it is, to represent it.
-
-    Example: rccsim match rcc --to r1t
     """
     from rcc_sim.definitions.vehicle import load_vehicle
     from rcc_sim.similitude.match import match as matched
@@ -59,4 +59,4 @@ def match(
 
 def register(app: typer.Typer) -> None:
     """Add the command."""
-    app.command(name="match")(match)
+    app.command(name="match", epilog=EXAMPLE)(match)

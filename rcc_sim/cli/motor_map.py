@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from rcc_sim.similitude.motor_map import MotorMap
 
 
+EXAMPLE = "Example: rccsim motor-map rcc --against r1t --cycle udds --plot map.png"
+
+
 def motor_map(
     vehicle: Annotated[
         str,
@@ -51,10 +54,7 @@ def motor_map(
     csv: Csv = False,
     output: Output = None,
 ) -> None:
-    """Efficiency of a motor, and whether another vehicle's drive fits its envelope.
-
-    Example: rccsim motor-map rcc --against r1t --cycle udds --plot map.png
-    """
+    """Efficiency of a motor, and whether another vehicle's drive fits its envelope."""
     from rcc_sim.similitude.motor_map import motor_map as mapped
 
     loaded, other, driven = _read(vehicle, against, cycle)
@@ -94,4 +94,4 @@ def _read(
 
 def register(app: typer.Typer) -> None:
     """Add the command."""
-    app.command(name="motor-map")(motor_map)
+    app.command(name="motor-map", epilog=EXAMPLE)(motor_map)

@@ -14,6 +14,11 @@ if TYPE_CHECKING:
     from rcc_sim.definitions.vehicle import Vehicle
 
 
+EXAMPLE = (
+    "Example: rccsim pi rcc r1t; rccsim pi rcc --trace drive.csv --output drive_pi.csv"
+)
+
+
 def pi(
     vehicles: Annotated[
         list[str],
@@ -42,10 +47,6 @@ def pi(
     With --trace: time becomes pi_8_time, speed pi_9_speed, acceleration pi_2_accel_x,
     yaw rate pi_11_yaw_rate, energies pi_4_energy_…, every other quantity pi_ and its
     name, so that traces of two sizes can be laid over each other.
-
-    Example: rccsim pi rcc r1t
-
-    Example: rccsim pi rcc --trace drive.csv --output drive_pi.csv
     """
     from rcc_sim.definitions.vehicle import load_vehicle
 
@@ -94,4 +95,4 @@ def _write_trace(
 
 def register(app: typer.Typer) -> None:
     """Add the command."""
-    app.command(name="pi")(pi)
+    app.command(name="pi", epilog=EXAMPLE)(pi)

@@ -9,6 +9,11 @@ import typer
 from rcc_sim.cli.complete import vehicle_names
 from rcc_sim.cli.output import Csv, Json, Output, emit
 
+EXAMPLE = (
+    "Example: rccsim scale speed 25.3 --from r1t --to rcc; rccsim scale "
+    "battery_power_w 40000 --from r1t --to rcc"
+)
+
 
 def scale(
     quantity: Annotated[
@@ -32,12 +37,7 @@ def scale(
     csv: Csv = False,
     output: Output = None,
 ) -> None:
-    """Scale a quantity from one vehicle to another, so that its π-group stays.
-
-    Example: rccsim scale speed 25.3 --from r1t --to rcc
-
-    Example: rccsim scale battery_power_w 40000 --from r1t --to rcc
-    """
+    """Scale a quantity from one vehicle to another, so that its π-group stays."""
     from rcc_sim.definitions.vehicle import load_vehicle
     from rcc_sim.similitude.scale import scaled_quantity
 
@@ -49,4 +49,6 @@ def scale(
 
 def register(app: typer.Typer) -> None:
     """Add the command; a value may be negative."""
-    app.command(name="scale", context_settings={"ignore_unknown_options": True})(scale)
+    app.command(
+        name="scale", epilog=EXAMPLE, context_settings={"ignore_unknown_options": True}
+    )(scale)

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from rcc_sim.definitions.vehicle import Vehicle
 
 
+EXAMPLE = 'Example: rccsim scale-cycle "udds[20:125]" --from r1t --to rcc --rate 100'
+
+
 def scale_cycle(
     cycle: Annotated[
         str,
@@ -61,8 +64,6 @@ def scale_cycle(
 
     With --format mcap the file holds /drive and /commands/motor/speed (ERPM), at
     --rate or the rate of the car's reference; `ros2 bag play` plays either.
-
-    Example: rccsim scale-cycle "udds[20:125]" --from r1t --to rcc --rate 100
     """
     from rcc_sim.definitions.cycle import parse_cycle
     from rcc_sim.definitions.vehicle import load_vehicle
@@ -105,4 +106,4 @@ def _play(cycle: Cycle, car: Vehicle, format_: str, output: Path | None) -> None
 
 def register(app: typer.Typer) -> None:
     """Add the command."""
-    app.command(name="scale-cycle")(scale_cycle)
+    app.command(name="scale-cycle", epilog=EXAMPLE)(scale_cycle)

@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     from rcc_sim.trace import Trace
 
 
+EXAMPLE = "Example: rccsim step --speed 527 --torque 0.0067 --time-constant 0.196"
+
+
 def step(
     log: Annotated[
         str | None,
@@ -57,8 +60,6 @@ def step(
 
     From three figures, or fitted to a log: Coulomb and viscous drag from the steady
     states first, then J from the transients. What the record cannot tell is said.
-
-    Example: rccsim step --speed 527 --torque 0.0067 --time-constant 0.196
     """
     if log is not None:
         document = _from_log(log, vehicle, motion_threshold, closed_loop)
@@ -173,4 +174,4 @@ def _flat(document: dict[str, Any]) -> dict[str, Any]:
 
 def register(app: typer.Typer) -> None:
     """Add the command."""
-    app.command(name="step")(step)
+    app.command(name="step", epilog=EXAMPLE)(step)
