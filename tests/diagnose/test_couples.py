@@ -10,7 +10,8 @@ from rcc_sim.analyse.logged import open_log
 from rcc_sim.blind.make import make
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.causes.candidates import Candidate, Search
+from rcc_sim.diagnose.causes.candidates import Candidate
+from rcc_sim.diagnose.causes.sought import Search
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.fitting.knobs import Knob

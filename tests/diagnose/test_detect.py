@@ -9,8 +9,9 @@ import pytest
 from rcc_sim.analyse.logged import open_log
 from rcc_sim.definitions.cycle import Cycle, parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.causes.candidates import Search, candidates_for
+from rcc_sim.diagnose.causes.candidates import candidates_for
 from rcc_sim.diagnose.causes.detect import Shown, least_seen, shows_likely
+from rcc_sim.diagnose.causes.sought import Search
 from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.simulate.run import simulate

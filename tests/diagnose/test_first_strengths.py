@@ -5,7 +5,7 @@ from math import isfinite
 import pytest
 
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.causes.candidates import search_of
+from rcc_sim.diagnose.causes.sought import search_of
 from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.physics.effects import EFFECTS
 from tests import scaled_drive

@@ -7,7 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from rcc_sim.diagnose.causes.candidates import Candidate, Search
+from rcc_sim.diagnose.causes.candidates import Candidate
+from rcc_sim.diagnose.causes.sought import Search
 from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit

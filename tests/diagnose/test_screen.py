@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from rcc_sim.diagnose.causes.candidates import Search
+from rcc_sim.diagnose.causes.sought import Search
 from rcc_sim.diagnose.search.screen import Screen
 
 ALONG, ACROSS = np.eye(2) * 10.0

@@ -7,7 +7,8 @@ import pytest
 
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.causes.candidates import candidates_for, search_of
+from rcc_sim.diagnose.causes.candidates import candidates_for
+from rcc_sim.diagnose.causes.sought import search_of
 from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.physics.effects.longitudinal_slip import EFFECT
 from rcc_sim.simulate.run import simulate

@@ -5,8 +5,9 @@ import pytest
 from scipy.stats import t as student
 
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.causes.candidates import Search, candidates_for
+from rcc_sim.diagnose.causes.candidates import candidates_for
 from rcc_sim.diagnose.causes.cause import Cause
+from rcc_sim.diagnose.causes.sought import Search
 from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.knobs import Knob, nuisance_knobs

@@ -6,8 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from rcc_sim.diagnose.causes.candidates import Search
 from rcc_sim.diagnose.causes.cause import Cause
+from rcc_sim.diagnose.causes.sought import Search
 from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.fitting.knobs import Knob

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.causes.candidates import Candidate, Search
+from rcc_sim.diagnose.causes.candidates import Candidate
 from rcc_sim.diagnose.causes.cause import Cause
+from rcc_sim.diagnose.causes.sought import Search
 from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.knobs import Knob, nuisance_knobs

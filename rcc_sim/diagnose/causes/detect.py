@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from math import inf, isfinite, sqrt
 from typing import NamedTuple
 
-from rcc_sim.diagnose.causes.candidates import Search
+from rcc_sim.diagnose.causes.sought import Search
 
 
 class Shown(NamedTuple):

@@ -29,7 +29,8 @@ from math import isfinite
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.diagnose.causes.candidates import Candidate, Search
+from rcc_sim.diagnose.causes.candidates import Candidate
+from rcc_sim.diagnose.causes.sought import Search
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.fitting.knobs import BIAS, Knob

@@ -10,9 +10,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.diagnose.causes.candidates import Candidate, Search
+from rcc_sim.diagnose.causes.candidates import Candidate
 from rcc_sim.diagnose.causes.cause import ENOUGH
 from rcc_sim.diagnose.causes.detect import Shown
+from rcc_sim.diagnose.causes.sought import Search
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.errors import InputError
