@@ -81,14 +81,17 @@ def _header(report: Report, sections: dict[str, Markup]) -> Markup:
             tag("button", "Light / dark", id="theme", type="button", hidden=True),
             class_="top",
         ),
-        tag(
-            "p",
-            _unbroken(report.verdict or verdict_of(report.diagnosis)),
-            class_="verdict",
-        ),
+        _verdict(report.verdict or verdict_of(report.diagnosis)),
         cards(_figures(report)),
         tag("nav", tag("ul", *links), aria_label="Sections"),
     )
+
+
+def _verdict(sentence: str) -> Markup:
+    """Return a verdict, its first clause larger than what follows."""
+    first, *more = re.split(r"(?<=;) (?![^(]*\))", sentence, maxsplit=1)
+    rest = [tag("span", _unbroken(text)) for text in more]
+    return tag("p", _unbroken(first), " " * bool(more), *rest, class_="verdict")
 
 
 def _unbroken(text: str) -> Markup:

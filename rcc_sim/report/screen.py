@@ -209,6 +209,8 @@ def _verdict(found: Diagnosis) -> str:
     """Return the status, and why there is a cause where the energy asks for none."""
     energies = [g.energy.within for g in found.gaps]
     told = WORDS[found.status].replace("no gap", _no_gap(found))
+    why = next((s for s in found.short if s != UNSURE), "")
+    told += f": {why}" * bool(why)
     if found.taken_up:
         told = f"a real gap, and {TAKEN_UP}: measure them, or state larger sds"
     elif found.asked and found.status == "unexplained":
@@ -221,8 +223,6 @@ def _verdict(found: Diagnosis) -> str:
         told = told.replace("no gap", "no cause: no gap row by row") + f"; {RARE}"
     elif found.status != "no_gap" and all(energies):
         told += "; the course of the signals shows it, their energy alone would not"
-    why = next((s for s in found.short if s != UNSURE), "")
-    told += f": {why}" * bool(why)
     least = min((a.probability for a in found.asserted), default=1.0)
     if least < SURE:
         sure = "not for sure" if least > EVEN else "as likely as not"
