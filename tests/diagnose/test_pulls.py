@@ -6,9 +6,14 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
+from rcc_sim.definitions.cycle import parse_cycle
+from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.fitting.fit import Fit
-from rcc_sim.diagnose.fitting.knobs import Knob
+from rcc_sim.diagnose.fitting.knobs import Knob, tolerance_knobs
 from rcc_sim.diagnose.fitting.pulls import moved, moved_together
+from rcc_sim.diagnose.residuals.posed import problem_of
+from rcc_sim.simulate.run import simulate
+from rcc_sim.trace import Trace
 
 
 def fitted(pulls, narrowed):
@@ -60,3 +65,15 @@ def test_a_sound_vehicle_s_figures_are_no_farther_off_than_chance_has_it():
         far.append(moved_together(*fitted(seen * (1 - kept), np.sqrt(kept))))
     for sds in (1.0, 2.0, 3.0):
         assert np.mean(np.array(far) > sds) < 1.3 * 2 * norm.sf(sds)
+
+
+@pytest.mark.parametrize("car", ["twizy", "tesla_model_3", "r1t_epa"])
+def test_no_efficiency_is_more_than_one(car):
+    """Where it multiplies no map; a drive of a late speed asked for 1.06."""
+    vehicle = load_vehicle(car)
+    run = simulate(vehicle, parse_cycle("udds[0:60]"), imposed=True, output_rate=5.0)
+    log = {c: run.trace[c] for c in ("time_s", "speed_mps", "battery_power_w")}
+    problem = problem_of(Trace(log, name="log"), vehicle)
+    key = "effects.motor_efficiency.scale"
+    knob = next(k for k in tolerance_knobs([problem]) if k.key == key)
+    assert knob.high == 1.0
