@@ -11,6 +11,7 @@ from typing import IO
 import numpy as np
 from numpy.typing import NDArray
 
+from rcc_sim.analyse.even_clock import on_even_clock
 from rcc_sim.analyse.logcheck import check_log, file_findings
 from rcc_sim.analyse.logcheck.finding import (
     ELECTRICAL,
@@ -146,13 +147,14 @@ def open_log(
     if wrong == {"speed_mps"} and "motor_speed_radps" in kept:
         kept["speed_mps"] = kept["motor_speed_radps"] * vehicle.lever
         rolled = (ROLLED,)
-    log, turned = _forward(Trace(kept, name=trace.name))
+    log, evened = on_even_clock(Trace(kept, name=trace.name))
+    log, turned = _forward(log)
     slow = [f.channel for f in checked.findings if f.kind == "slow_channel"]
     log, held = between_updates(log, slow)
     log, renewed = refreshed(log)
     _refuse(log, checked.findings)
     told = [f for f in checked.findings if not turned or f.kind != turned[0].kind]
-    own = (*notes, *rolled, *turned, *held, *renewed)
+    own = (*notes, *evened, *rolled, *turned, *held, *renewed)
     findings = (*file_findings(reading), *own, *again, *told)
     return Logged(log, findings, reading, tuple(hide))
 

@@ -1,0 +1,104 @@
+"""Rows that came evenly, and whose time stamps jitter.
+
+A logger that stamps a row when it gets round to it, and not when the sensors were read,
+makes a smooth speed uneven: 20 ms at 2 m/s² are 0.04 m/s, and as much noise in what
+accelerates the vehicle as a limit of braking is named for.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rcc_sim.analyse.logcheck.finding import Finding
+from rcc_sim.channel import interval_of
+from rcc_sim.trace import Trace
+
+Array = NDArray[np.float64]
+
+FEW = 200
+"""Rows, and changes of speed among them, below which nothing is told."""
+
+LEAST = 0.02
+"""Share of a row by which stamps jitter at least, one sd, to be evened."""
+
+LOST, SMOOTH = 31, 101
+"""Rows over which a step of the clock is one, as rows that were lost make it; and over
+which stamps follow their straight line."""
+
+SHORT = 5
+"""Rows between two such steps that have no line of their own."""
+
+ENOUGH = 20.0
+"""Nats by which the speed must go more evenly with the rows than with the stamps."""
+
+WILD = 5.0
+"""Times the usual error beyond which one counts no more than so."""
+
+
+def on_even_clock(log: Trace) -> tuple[Trace, tuple[Finding, ...]]:
+    """Return a log whose rows are stamped as evenly as they came, and that they are.
+
+    As it is, where its stamps do not jitter, or the speed goes with them: each row's
+    speed is laid beside the straight line between its neighbours', where it changes
+    most, by the stamps and by rows that are even.
+    """
+    if "speed_mps" not in log or len(log) < FEW:
+        return log, ()
+    time = log["time_s"]
+    even = even_times(time)
+    row, jitter = interval_of(time), float(np.std(time - even))
+    if jitter < LEAST * row or np.any(np.diff(even) <= 0.0):
+        return log, ()
+    if nats_for_even(log["speed_mps"], time, even) < ENOUGH:
+        return log, ()
+    told = Finding(
+        "jitter",
+        "time_s",
+        f"jitters by {1000 * jitter:.2g} ms, while speed goes evenly from row to row",
+        action="rows are taken as evenly spaced",
+    )
+    return Trace({**log.columns, "time_s": even}, name=log.name), (told,)
+
+
+def even_times(time: Array) -> Array:
+    """Return stamps that follow straight lines over the rows, but for lost rows."""
+    from scipy.ndimage import median_filter
+    from scipy.signal import savgol_filter
+
+    rows = np.arange(len(time))
+    row = float(np.median(np.diff(time)))
+    ahead = time - row * rows
+    steps = np.abs(np.diff(median_filter(ahead, LOST, mode="nearest"))) > 0.5 * row
+    even = ahead.copy()
+    for part in np.split(rows, 1 + np.flatnonzero(steps)):
+        if len(part) >= SMOOTH:
+            even[part] = savgol_filter(ahead[part], SMOOTH, 1)
+        elif len(part) >= SHORT:
+            even[part] = np.polyval(np.polyfit(part, ahead[part], 1), part)
+    stamps: Array = even + row * rows
+    return stamps
+
+
+def nats_for_even(speed: Array, time: Array, even: Array) -> float:
+    """Nats by which a speed is likelier smooth over even times than over its stamps.
+
+    The errors have a Laplace distribution, which outliers do not sway.
+    """
+    change = np.abs(speed[2:] - speed[:-2])
+    known = np.isfinite(change) & np.isfinite(speed[1:-1])
+    if known.sum() < FEW:
+        return 0.0
+    known &= change >= np.quantile(change[known], 0.75)
+    errors = [np.abs(_off_the_line(speed, t))[known] for t in (time, even)]
+    by_stamps, by_rows = (
+        float(np.mean(np.minimum(e, WILD * np.median(e)))) for e in errors
+    )
+    if min(by_stamps, by_rows) <= 0.0:
+        return 0.0
+    return float(known.sum() * np.log(by_stamps / by_rows))
+
+
+def _off_the_line(speed: Array, time: Array) -> Array:
+    share = (time[1:-1] - time[:-2]) / (time[2:] - time[:-2])
+    return speed[1:-1] - speed[:-2] - share * (speed[2:] - speed[:-2])

@@ -1,0 +1,57 @@
+"""Stamps that jitter where rows came evenly, and rows that really came unevenly."""
+
+import numpy as np
+import pytest
+
+from rcc_sim.analyse.even_clock import FEW, on_even_clock
+from rcc_sim.trace import Trace
+
+ROW = 0.1
+
+
+def speed_at(time):
+    return 10 + 6 * np.sin(time / 4) + 2 * np.sin(time / 1.3)
+
+
+def drive(jitter, *, stamped, lost=0.0, n=1500, noise=0.005, seed=1):
+    """A log of which the stamps, or the rows themselves, come so many rows off."""
+    rng = np.random.default_rng(seed)
+    kept = rng.random(n) >= lost
+    true = ROW * np.arange(n)[kept] * (1 + 3e-5)  # a clock that is a little off
+    off = np.clip(
+        jitter * ROW * rng.standard_normal(len(true)), -0.45 * ROW, 0.45 * ROW
+    )
+    seen = true if stamped else true + off
+    speed = speed_at(seen) + rng.normal(0, noise, len(true))
+    return true, Trace({"time_s": true + off, "speed_mps": speed}, name="log")
+
+
+@pytest.mark.parametrize("lost", [0.0, 0.002])
+@pytest.mark.parametrize("jitter", [0.05, 0.2])
+def test_stamps_that_jitter_are_evened(jitter, lost):
+    true, log = drive(jitter, stamped=True, lost=lost)
+    found, (told,) = on_even_clock(log)
+    before, after = (np.std(x["time_s"] - true) for x in (log, found))
+    assert after < before / 4
+    assert "jitters" in told.what and told.kind == "jitter"
+    assert np.all(np.diff(found["time_s"]) > 0)
+    np.testing.assert_array_equal(found["speed_mps"], log["speed_mps"])
+
+
+@pytest.mark.parametrize("jitter", [0.0, 0.05, 0.2])
+def test_rows_that_came_when_they_are_stamped_stay(jitter):
+    _, log = drive(jitter, stamped=False)
+    assert on_even_clock(log) == (log, ())
+
+
+def test_what_the_speed_does_not_tell_stays():
+    """At a noise that hides it, at rest, without a speed, and in a few rows."""
+    for log in (
+        drive(0.1, stamped=True, noise=1.0)[1],
+        drive(0.2, stamped=True, n=FEW - 1)[1],
+    ):
+        assert on_even_clock(log) == (log, ())
+    time = drive(0.2, stamped=True)[1]["time_s"]
+    for columns in ({"speed_mps": np.zeros(len(time))}, {"yaw_rate_radps": time}):
+        log = Trace({"time_s": time, **columns}, name="log")
+        assert on_even_clock(log) == (log, ())
