@@ -148,7 +148,7 @@ def search_of(problem: Problem, effect: Effect, param: Param) -> Search:
     neutral = stated.value if stated else param.neutral
     low, high = bounds_in(problem, param)
     late = clearly_late(problem, param)
-    measured = late > low
+    measured = late > max(low, 0.0)
     grid = (late,) if measured else strengths_in(problem, param, low, high)
     a, b = param.typical
     sd = inf
