@@ -47,7 +47,7 @@ def test_a_factor_stated_as_what_is_tried_first_is_tried_elsewhere(
 
 
 def test_nothing_is_measured_late_in_a_drive_by_commands(problem):
-    """A figure that may be less than nil was tried at nil alone, and before all else."""
+    """A figure that may be less than nil was tried at nil alone, before all else."""
     every = [search_of(problem, e, p) for e in EFFECTS.values() for p in e.params]
     assert not [s.key for s in every if s.measured]
     assert any(s.low < 0 for s in every)
