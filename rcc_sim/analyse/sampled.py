@@ -100,10 +100,7 @@ def holds_means(log: Trace, vehicle: Vehicle) -> bool:
         return False
     if not drive.imposed:
         return over_sample > -ENOUGH
-    # worse than both of what lies before and behind it: no shift in time is, but what a
-    # speed's noise, or a vehicle unlike the model, makes of its changes
-    neither = max(over_sample, over_late) < -ENOUGH
-    if not neither and (over_sample <= ENOUGH or over_late <= -ENOUGH):
+    if over_sample <= ENOUGH or over_late <= -ENOUGH:
         return False
     off, sd = middle_of(shown, drive.smear / row)
     most = SURE * sd + EXACT + SHIFTED * drive.smear / row

@@ -150,6 +150,8 @@ def diagnose(
     asserted = apart_from_nil(acting, fit, asserted)
     told("which run to drive next")
     runs = tuple(next_experiments(acting, fit, asserted, stands.rivals))
+    # by a logged speed a prediction has that speed's noise, beyond its own sensor's
+    commanded = not all(p.drive.imposed for p in engine.problems)
     comes_to = verdict(
         causes,
         left,
@@ -158,7 +160,7 @@ def diagnose(
         doubtless=doubtless,
         noise=noise_of(gaps),
         large=large,
-        explained=proved.shrink.explained,
+        explained=proved.shrink.explained if commanded else 1.0,
         ends=any(early),
         farthest=farthest,
         disagree=any(one.disagrees for one in kept.by_log) or "opposed" in kinds,

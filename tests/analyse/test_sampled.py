@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy.interpolate import PchipInterpolator
 
-from rcc_sim.analyse import sampled
 from rcc_sim.analyse.sampled import SAMPLE, drive_as_sampled
 from rcc_sim.definitions.cycle import Cycle, parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
@@ -123,18 +122,3 @@ def test_samples_of_another_clock_are_no_means():
     log = {c: run[c][rows] for c in ("time_s", "speed_mps")}
     log |= {c: run[c][rows - 6] for c in NOISE}
     assert window(noisy(log)) == SAMPLE
-
-
-@pytest.mark.parametrize(
-    ("off", "expected"), [(0.02, True), (-0.03, True), (0.5, False)]
-)
-def test_rows_worse_than_both_neighbours_are_told_by_their_middle(
-    monkeypatch, off, expected
-):
-    """No shift in time is: it is what a vehicle unlike the model makes of changes."""
-    monkeypatch.setattr(sampled, "nats_for_means", lambda *_: (-130.0, -75.0))
-    monkeypatch.setattr(sampled, "middle_of", lambda *_: (off, 0.02))
-    car = load_vehicle("tesla_model_3")
-    run = simulate(car, parse_cycle("udds[0:60]"), imposed=True, output_rate=2.0).trace
-    log = {c: run[c] for c in ("time_s", "speed_mps", "battery_power_w")}
-    assert sampled.holds_means(Trace(log, name="log"), car) == expected

@@ -45,6 +45,7 @@ def diagnosis(car, problems, profiles):
         fit=SimpleNamespace(values={}),
         figures=dict,
         shown=0,
+        hidden=(),
         effects=lambda: {"road_grade": {"slope": Figure(mean, 0.006)}},
     )
 
