@@ -1,9 +1,13 @@
 """Stamps that jitter where rows came evenly, and rows that really came unevenly."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
+from scipy.signal import savgol_filter
 
-from rcc_sim.analyse.even_clock import FEW, on_even_clock
+from rcc_sim.analyse.even_clock import FEW, SMOOTH, along_lines, on_even_clock
 from rcc_sim.trace import Trace
 
 ROW = 0.1
@@ -55,3 +59,23 @@ def test_what_the_speed_does_not_tell_stays():
     for columns in ({"speed_mps": np.zeros(len(time))}, {"yaw_rate_radps": time}):
         log = Trace({"time_s": time, **columns}, name="log")
         assert on_even_clock(log) == (log, ())
+
+
+def test_the_lines_are_those_of_a_savitzky_golay_filter():
+    x = np.cumsum(np.random.default_rng(3).normal(size=600))
+    expected = savgol_filter(x, SMOOTH, 1)
+    np.testing.assert_allclose(along_lines(x), expected, atol=1e-9)
+    few = x[:20]
+    line = np.polyval(np.polyfit(range(20), few, 1), range(20))
+    np.testing.assert_allclose(along_lines(few), line, atol=1e-9)
+
+
+def test_a_log_of_exact_stamps_pays_for_no_filter():
+    code = (
+        "import numpy as np, sys; from rcc_sim.trace import Trace;"
+        "from rcc_sim.analyse.even_clock import on_even_clock;"
+        "t = np.round(np.arange(500) * 0.01, 3);"
+        "on_even_clock(Trace({'time_s': t, 'speed_mps': t}, name='log'));"
+        "assert 'scipy.ndimage' not in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
