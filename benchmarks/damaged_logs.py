@@ -21,12 +21,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from rcc_sim.analyse.logcheck.finding import COMMANDS
 from rcc_sim.blind.run import RESULTS, run
 from rcc_sim.blind.score import score
 from rcc_sim.blind.seal import read_seal
 
 TIME = "time_s"
-COMMANDS = ("speed_ref_mps", "throttle_cmd", "steer_cmd_rad")
 STRETCHES = 3
 LASTS = 0.4, 4.0  # s; of a stretch, least and most
 EPOCH = 1.76e9  # s; a clock that counts from 1970
@@ -43,7 +43,7 @@ def stretches(log: pd.DataFrame, rng: np.random.Generator) -> Iterator[np.ndarra
 
 
 def channels(log: pd.DataFrame) -> list[str]:
-    """Return the columns that a sensor wrote, or a scheduler: all but commands."""
+    """Return the columns that a sensor wrote: all but time and commands."""
     return [c for c in log.columns if c != TIME and c not in COMMANDS]
 
 

@@ -63,6 +63,12 @@ def nearest(name: str, names: Sequence[str]) -> str:
     return "".join(longer if len(longer) == 1 else alike)
 
 
+def nearest_first(name: str, names: Sequence[str], rest: str) -> str:
+    """Return a hint that begins with the nearest of some names, if there is one."""
+    near = nearest(name, names)
+    return f"did you mean {near}? {rest}" if near else rest
+
+
 class InputError(RccError):
     """Something that the user gave is wrong: a file, a key, a row, an option."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -160,13 +160,24 @@ def noise_of(
     spread = _repeated(name, log, repeats)
     if spread is not None:
         return spread, "repeats"
-    short = residual[:SAMPLE]
-    road = wander(short, memory)
     stated = vehicle.noise_sd(name)
-    if stated is not None:
-        return max(stated, road), "vehicle file"
-    guess = min(sensor_noise(log[name]), sensor_noise(residual))
-    return max(guess, road), "guess"
+    size = scatter(stated, (log[name], residual), (residual,), memory)
+    return size, "guess" if stated is None else "vehicle file"
+
+
+def scatter(
+    stated: float | None,
+    readings: Iterable[Array],
+    residuals: Iterable[Array],
+    memory: int,
+) -> float:
+    """Return what a sensor scatters, or a rough road at random, whichever is more.
+
+    The sensor as ``stated``, else by the calmest of some readings' second differences;
+    the road by the difference to a model that strays least within some rows.
+    """
+    sensor = min(map(sensor_noise, readings)) if stated is None else stated
+    return max(sensor, min(wander(e[:SAMPLE], memory) for e in residuals))
 
 
 def wander(residual: Array, memory: int) -> float:

@@ -218,8 +218,10 @@ class Store:
 
     def named(self, *columns: str) -> list[str]:
         """Return those of some columns that the rows have."""
-        first = next(iter(self.tables(None)), None)
-        there = [] if first is None else first.column_names
+        import pyarrow.parquet as pq
+
+        place = self.output if self.is_finished() else self.path(0)
+        there = pq.read_schema(place).names
         return [name for name in columns if name in there]
 
     def tables(self, columns: list[str] | None = None) -> Iterator[pyarrow.Table]:

@@ -220,6 +220,7 @@ def _found(
     from rcc_sim.analyse.logged import open_log
     from rcc_sim.cli.progress import told
     from rcc_sim.diagnose.deliver import refuse_bag
+    from rcc_sim.diagnose.residuals.posed import problem_of
     from rcc_sim.diagnose.run import diagnose
 
     gc.freeze()  # what was imported stays: no need to look through it again and again
@@ -242,7 +243,7 @@ def _found(
         *opened(on_stand, span=span, on_stand=True),
     ]
     if next_run is not None:
-        refuse_bag(next_run, found[0].log, car)
+        refuse_bag(next_run, lambda: problem_of(found[0].log, car))
     # before a fit that takes its time: it may be the wrong vehicle, or unit
     tell_notes([(one.log.name, notes_of(one.findings)) for one in found])
     with told("diagnosing") as tell:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import IO, Any
@@ -11,14 +12,13 @@ from numpy.typing import NDArray
 
 from rcc_sim.definitions.figure import Z_90
 from rcc_sim.definitions.kernel import road_of
-from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.definitions.write_vehicle import write_vehicle
 from rcc_sim.diagnose.causes.cause import Cause
 from rcc_sim.diagnose.causes.profile import Profile
 from rcc_sim.diagnose.diagnosis import Diagnosis
 from rcc_sim.diagnose.next_run.limits import level_column, limits_of
 from rcc_sim.diagnose.next_run.menu import Run, menu
-from rcc_sim.diagnose.residuals.posed import problem_of
+from rcc_sim.diagnose.residuals.problem import Problem
 from rcc_sim.errors import InputError
 from rcc_sim.files import atomic, restored
 from rcc_sim.readers import write_commands
@@ -101,8 +101,7 @@ def beyond(profile: Profile, less: float) -> tuple[Array, Array]:
 
 def base_of(found: Diagnosis, key: str) -> float:
     """Return what a varying cause acts on top of: what was fitted, else is stated."""
-    stated = found.vehicle.figures().get(key)
-    return found.fit.values.get(key, stated.value if stated else 0.0)
+    return found.fit.values.get(key, found.found.engine.problems[0].stated(key))
 
 
 def varying(found: Diagnosis) -> list[str]:
@@ -122,9 +121,8 @@ def acting(found: Diagnosis, cause: Cause, log: int = 0) -> tuple[Array, Array]:
     """
     profile, key = cause.profiles[log], cause.keys[0]
     x = found.found.engine.problems[log].coordinate(profile.along)
-    return profile.at(x) + base_of(found, key), Z_90 * np.interp(
-        x, profile.knots, profile.sd
-    )
+    band = Z_90 * np.interp(x, profile.knots, profile.sd)
+    return profile.at(x) + base_of(found, key), band
 
 
 def write_profiles(found: Diagnosis, file: IO[bytes], log: int = 0) -> None:
@@ -147,15 +145,9 @@ def write_profiles(found: Diagnosis, file: IO[bytes], log: int = 0) -> None:
     write_trace(Trace(columns), file)
 
 
-def refuse_bag(path: Path, log: Trace, vehicle: Vehicle) -> None:
-    """Raise if a run is to be written as a bag, and is not commanded by its speed.
-
-    Asked before the work: a drive like the log is made by the same column.
-    """
-    if path.suffix != ".mcap":
-        return
-    column = level_column(problem_of(log, vehicle))
-    if column != SPEED_COMMAND:
+def refuse_bag(path: Path, log: Callable[[], Problem]) -> None:
+    """Raise if a run like a log is to be a bag, and is not commanded by its speed."""
+    if path.suffix == ".mcap" and (column := level_column(log())) != SPEED_COMMAND:
         raise InputError(
             f"--next-run: {path}: should end in .csv where {column} is what is driven",
             "a bag holds the commands of a car whose mode is speed",
@@ -175,6 +167,7 @@ def write_next_run(found: Diagnosis, path: Path) -> Run:
         be written.
     """
     problem = found.found.engine.problems[0]
+    refuse_bag(path, lambda: problem)
     runs = [e.run for e in found.experiments if e.run.is_commanded]
     if not runs:
         every = menu(problem, limits_of(problem), problem.row)

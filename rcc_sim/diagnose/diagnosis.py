@@ -18,10 +18,7 @@ from rcc_sim.diagnose.fitting.knobs import BIAS, OWN, RADIUS, Knob
 from rcc_sim.diagnose.fitting.pulls import moved, moved_together
 from rcc_sim.diagnose.judge.energies import SHRUNK, stays_off
 from rcc_sim.diagnose.judge.ranking import ranking
-from rcc_sim.diagnose.judge.verdict import (
-    INTERVAL,
-    Asserted,
-)
+from rcc_sim.diagnose.judge.verdict import INTERVAL, Asserted
 from rcc_sim.diagnose.next_run.experiment import Experiment
 from rcc_sim.diagnose.profiles.remainder import Remainder
 from rcc_sim.diagnose.proof.by_log import LogEnergy

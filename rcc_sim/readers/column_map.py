@@ -7,12 +7,11 @@ import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-from rcc_sim.errors import InputError
+from rcc_sim.errors import InputError, did_you_mean, nearest_first
 from rcc_sim.readers.names import refuse_unfinished, unread
 from rcc_sim.units import G, unit_of
 
@@ -189,10 +188,8 @@ def load_map(name: str | Path) -> ColumnMap:
         return shipped[str(name)]
     path = Path(name).expanduser()
     if not path.is_file():
-        near = [m for m in shipped if m.startswith(f"{name}_")]
-        near = near or get_close_matches(str(name), shipped, n=1)
-        meant = f"did you mean {near[0]}? " if near else ""
-        hint = f"{meant}a TOML file, or one of {', '.join(sorted(shipped))}"
+        rest = f"a TOML file, or one of {', '.join(sorted(shipped))}"
+        hint = nearest_first(str(name), list(shipped), rest)
         raise InputError(f"{name}: no such column map", hint)
     return _load(path, shipped=False)
 
@@ -320,12 +317,11 @@ def _unit_scale(column: str, unit: str, key: str) -> float:
     if not unit:
         return 1.0
     if unit not in UNITS:
-        near = [known for known in UNITS if _plain(known) == _plain(unit)]
-        near = near or get_close_matches(unit, UNITS, n=1)
-        meant = f"did you mean {near[0]}? " if near else ""
+        same = [known for known in UNITS if _plain(known) == _plain(unit)]
+        rest = f"there are {', '.join(UNITS)}; or give a factor"
         raise InputError(
             f"{key}.unit: not a unit that is known: {unit!r}",
-            f"{meant}there are {', '.join(UNITS)}; or give a factor",
+            nearest_first(same[0] if same else unit, list(UNITS), rest),
         )
     factor, to = UNITS[unit]
     if to != ours:
@@ -361,16 +357,10 @@ def _number(raw: Mapping[str, Any], name: str, default: float, key: str) -> floa
 
 
 def _known(raw: Mapping[str, Any], keys: set[str], where: str) -> None:
-    from difflib import get_close_matches
-
     for key in raw:
         if key not in keys:
-            close = get_close_matches(key, keys, n=1)
-            mean = f"did you mean `{close[0]}`?" if close else ""
-            raise InputError(
-                f"{where}: {key}: no such key",
-                mean or f"there are {', '.join(sorted(keys))}",
-            )
+            hint = did_you_mean(key, sorted(keys))
+            raise InputError(f"{where}: {key}: no such key", hint)
 
 
 def _encoding(name: str, where: str) -> str:

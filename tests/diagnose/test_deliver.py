@@ -10,7 +10,12 @@ from rcc_sim.definitions.kernel import road_of
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.causes.cause import Cause
 from rcc_sim.diagnose.causes.profile import Profile
-from rcc_sim.diagnose.deliver import varying, write_mended, write_profiles
+from rcc_sim.diagnose.deliver import (
+    refuse_bag,
+    varying,
+    write_mended,
+    write_profiles,
+)
 from rcc_sim.diagnose.judge.verdict import Asserted, Estimate
 from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.errors import InputError
@@ -127,3 +132,12 @@ def test_the_mended_road_is_the_one_that_was_fitted_where_the_speeds_are_off(tmp
     fitted = replay(rolled, one.on_road(found.knots, found.value).drive)
     power = replay(mended, drive_of(one.log, mended))["battery_power_w"]
     assert power == pytest.approx(fitted["battery_power_w"], rel=1e-3, abs=1.0)
+
+
+def test_no_bag_is_written_of_what_a_speed_drives(tmp_path):
+    """Asked again where it is written: a table in a file of that name is no bag."""
+    imposed = problem(load_vehicle("r1t_epa"), 60.0)
+    for asked in (tmp_path / "n.csv", tmp_path / "n"):
+        refuse_bag(asked, lambda: imposed)
+    with pytest.raises(InputError, match="where speed_mps is what is driven"):
+        refuse_bag(tmp_path / "n.mcap", lambda: imposed)

@@ -9,9 +9,7 @@ from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.causes.sought import Search, of_battery, search_of
 from rcc_sim.diagnose.residuals.problem import Problem
 from rcc_sim.diagnose.residuals.shapes import is_shaped
-from rcc_sim.diagnose.residuals.sizes import (
-    tells_slip,
-)
+from rcc_sim.diagnose.residuals.sizes import tells_slip
 from rcc_sim.errors import InputError
 from rcc_sim.physics.effect import Effect, Param, meant
 

@@ -7,6 +7,7 @@ from math import inf, isfinite, log1p, sqrt
 
 import numpy as np
 
+from rcc_sim.diagnose.residuals.lateness import clear_delay
 from rcc_sim.diagnose.residuals.problem import Problem
 from rcc_sim.diagnose.residuals.shapes import BEYOND_SHAFT
 from rcc_sim.diagnose.residuals.sizes import size_of, small_changes, stiffest
@@ -243,12 +244,12 @@ def least_of(problem: Problem, param: Param) -> float:
 
 
 def clearly_late(problem: Problem, param: Param) -> float:
-    """Return the delay [s] that courses show of a reading; 0 if none is clear."""
-    if param.acts == "rows" and of_battery(param):
+    """Return the delay [s] that courses show of a reading; none above 0 if not."""
+    if param.acts != "rows":
+        return 0.0
+    if of_battery(param):
         return problem.late
-    if param.acts == "rows" and param.sought.of == "speed":
-        return problem.early
-    return 0.0
+    return -clear_delay(problem) if param.sought.of == "speed" else 0.0
 
 
 def of_battery(param: Param) -> bool:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from rcc_sim.analyse.offsets import offset_sd
 from rcc_sim.definitions.vehicle import Vehicle
-from rcc_sim.diagnose.residuals.lateness import battery_channel
+from rcc_sim.diagnose.residuals.lateness import battery_channel, clear_delay
 from rcc_sim.diagnose.residuals.problem import WHEELS, WHEELS_SD, Problem
 from rcc_sim.diagnose.residuals.shapes import SCALE
 from rcc_sim.diagnose.residuals.sizes import tells_slip
@@ -246,7 +246,7 @@ def delay_knobs(problem: Problem) -> list[Knob]:
     row, vehicle = problem.row, problem.vehicle
     told = problem.torqued or problem.charge is not None or DELAY in vehicle.effects
     asked = problem.drive.imposed and row >= POLLED and battery_channel(problem)
-    if told or not asked or problem.late or problem.early:
+    if told or not asked or clear_delay(problem):
         return []
     low, high = vehicle.known[DELAY].param("battery_delay_s").bounds
     return [Knob(BATTERY_LATE, 0.0, ASKED * row, low, high, acts="rows")]

@@ -34,9 +34,8 @@ def folds(engine: Engine) -> list[tuple[list[Mask], list[Mask]]]:
         for p in engine.problems:
             t = p.log["time_s"]
             edges = np.linspace(t[0], t[-1], STRETCHES + 1)
-            which = np.clip(np.searchsorted(edges, t, side="right") - 1, 0, STRETCHES)
-            which = np.minimum(which, STRETCHES - 1)
             inner = edges[1:-1]
+            which = np.searchsorted(inner, t, side="right")
             border = min(BORDER, 0.25 * float(edges[1] - edges[0]))
             near = np.abs(t[:, None] - inner[None, :]).min(axis=1) < border
             held = which % 2 == odd

@@ -8,15 +8,15 @@ do within their sds, in nats.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.analyse.gap import AVERAGED
-from rcc_sim.analyse.gap_channels import wander
+from rcc_sim.analyse.gap_channels import scatter
 from rcc_sim.analyse.gap_regimes import Scale
-from rcc_sim.channel import rows_in, sensor_noise
+from rcc_sim.channel import rows_in
 from rcc_sim.definitions.figure import Z_90
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
@@ -90,9 +90,8 @@ def _noise(engine: Engine, track: int, left: list[Array]) -> float:
     rows = engine.valid[track]
     some = [np.where(rows, e, np.nan) for e in left]
     memory = rows_in(p.log["time_s"], AVERAGED * Scale.of(p.vehicle).time)
-    road = min(wander(e, memory) for e in some)
     stated = None if p.charge is not None else p.vehicle.noise_sd(channel)
-    return max(stated or min(sensor_noise(e) for e in some), road)
+    return scatter(stated, some, some, memory)
 
 
 def mean_squares(
@@ -120,7 +119,7 @@ def shrink_of(before: Sequence[float], after: Sequence[float], nats: float) -> S
     """
     b, a = np.array(before), np.array(after)
     if not len(b) or b.mean() <= TINY:
-        return Shrink(0.0, 0.0, 0.0, -1.0, 1.0, nats)
+        return replace(UNPROVEN, nats=nats)
     total, left = float(b.mean()), max(float(a.mean()), 0.0)
     explained = max(1 - left / total, -1.0)
     apart = a - a.mean() / total * b

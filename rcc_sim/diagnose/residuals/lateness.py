@@ -33,19 +33,12 @@ def battery_channel(problem: Problem) -> str:
     return next(compared, "")
 
 
-def lateness(problem: Problem) -> float:
-    """Delay [s] of the battery's readings beside an imposed drive; 0 if none is clear.
-
-    In such a drive nothing but their meter makes them late. What a noise model that
-    remembers takes for noise at any other delay, the course of both shows at once.
-    """
-    return max(clear_delay(problem), 0.0)
-
-
 def clear_delay(problem: Problem) -> float:
     """Delay [s] of the battery's readings beside an imposed drive; 0 if none is clear.
 
-    Negative where it is the speed that comes late.
+    Negative where it is the speed that comes late. In such a drive nothing but their
+    meters makes them late. What a noise model that remembers takes for noise at any
+    other delay, the course of both shows at once.
     """
     delay, left = problem.delay
     return delay if left <= CLEARLY**2 and abs(delay) >= ROWS * problem.row else 0.0

@@ -17,7 +17,7 @@ from rcc_sim.analyse.logcheck.rest import standing as surely_standing
 from rcc_sim.channel import interval_of, moving_mean, rows_in
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.residuals.beside_motor import BesideMotor, beside_motor
-from rcc_sim.diagnose.residuals.lateness import clear_delay, lateness, likeliest_delay
+from rcc_sim.diagnose.residuals.lateness import clear_delay, likeliest_delay
 from rcc_sim.diagnose.residuals.shapes import LATERAL, TORQUE, Shape, shapes_of
 from rcc_sim.diagnose.residuals.terminals import (
     CURRENT,
@@ -235,15 +235,10 @@ class Problem:
         """Delay [s] of the battery's readings that suits best, and what that leaves."""
         return likeliest_delay(self)
 
-    @cached_property
+    @property
     def late(self) -> float:
         """Clear delay of the battery's readings beside an imposed drive, or 0. [s]"""
-        return lateness(self)
-
-    @cached_property
-    def early(self) -> float:
-        """Clear delay of the speed that drives beside the battery's readings. [s]"""
-        return max(-clear_delay(self), 0.0)
+        return max(clear_delay(self), 0.0)
 
     def by_true_torque(self, gain: float) -> Problem:
         """Return the log with its measured torque, which reads so much too much."""

@@ -190,9 +190,8 @@ def kept_alike(problems: Sequence[Problem], like: Engine) -> list[Problem]:
         same = [q for q in like.problems if q.drive.imposed == p.drive.imposed]
         if not same or (p.drive.imposed and not is_asked(p)):
             return p
-        ((held, samples), _), *_ = Counter(
-            (q.drive.held, q.drive.window <= SAMPLE) for q in same
-        ).most_common(1)
+        ways = Counter((q.drive.held, q.drive.window <= SAMPLE) for q in same)
+        held, samples = max(ways, key=ways.__getitem__)
         means = inf if p.drive.imposed else p.drive.window
         window = min(p.drive.window, SAMPLE) if samples else means
         return replace(p, drive=replace(p.drive, held=held, window=window))
