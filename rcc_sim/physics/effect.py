@@ -29,11 +29,12 @@ slip, by which the wheels are ahead in time."""
 
 DRIVES = (
     *("commanded", "imposed", "speed_loop", "throttle"),
-    *("steered", "turning", "unsurveyed"),
+    *("steered", "turning", "unsurveyed", "metered"),
 )
 """What a drive may have to be for an effect to show: driven by a controller, or as it
 was measured; controlled by speed, or by throttle; with steering; with a yaw rate that
-the model finds itself; on a road whose slope no log tells."""
+the model finds itself; on a road whose slope no log tells; with its auxiliary power
+logged."""
 
 
 @dataclass(frozen=True, slots=True)

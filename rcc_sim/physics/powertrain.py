@@ -3,6 +3,7 @@
 from math import inf
 
 from rcc_sim.jit import jit
+from rcc_sim.physics.effects.auxiliary_gain import drawn_power
 from rcc_sim.physics.effects.auxiliary_load import auxiliary_power
 from rcc_sim.physics.effects.battery_resistance import terminal_current
 from rcc_sim.physics.effects.copper_loss import copper_power
@@ -114,7 +115,8 @@ def electrify(p, c, u, f, E, flow, eff, dt):
     P_shaft = u.tau * omega * share
     P_copper = copper_power(i_q, p.copper_loss.phase_resistance_ohm)
     P_lost = conversion_loss(P_shaft, eff)
-    P_aux = auxiliary_power(p.auxiliary_load.power_w, u.aux)
+    beside = drawn_power(u.aux, p.auxiliary_gain.gain)
+    P_aux = auxiliary_power(p.auxiliary_load.power_w, beside)
     P = P_shaft + P_copper + P_lost + P_aux
     if EXTRA:
         P += f.draw

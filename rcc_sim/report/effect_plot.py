@@ -15,7 +15,7 @@ from rcc_sim.definitions.vehicle import Vehicle, load_vehicle
 from rcc_sim.physics.effect import Effect
 from rcc_sim.report.channels import title_of
 from rcc_sim.report.plots import _legend_above, _line, _sheet
-from rcc_sim.simulate.given import throttle_drive
+from rcc_sim.simulate.given import Profile, throttle_drive
 from rcc_sim.simulate.run import simulate
 from rcc_sim.trace import Trace
 from rcc_sim.units import unit_of
@@ -65,6 +65,9 @@ HELD_BY = dict.fromkeys(
 )
 """Effect -> what keeps it from acting in the reference car: no motor brakes there."""
 
+LOAD = [0.0, 6.0, 6.5, 18.0], [2.0, 2.0, 10.0, 10.0]
+"""Time [s] and auxiliary power [W] that are logged on the reference drive."""
+
 SEEN = 1e-3
 """Share of its own range by which a channel must move to be drawn. [1]"""
 
@@ -101,7 +104,8 @@ def reference_runs(
 ) -> tuple[Mapping[str, float | str], Trace, Trace]:
     """Return the effect's values, and the traces of the drive without and with it."""
     values, bare, with_it = reference_cars(name, effect)
-    return values, _driven(bare), _driven(with_it)
+    load = LOAD if "metered" in effect.shows_in else None
+    return values, _driven(bare, load), _driven(with_it, load)
 
 
 def reference_cars(
@@ -155,7 +159,7 @@ def _values(car: Vehicle, effect: Effect) -> dict[str, float | str]:
     }
 
 
-def _driven(car: Vehicle) -> Trace:
+def _driven(car: Vehicle, load: Profile | None) -> Trace:
     if car.mode == "throttle":
         time = np.linspace(0.0, 12.0, 1201)
         throttle: NDArray[np.float64] = np.interp(
@@ -171,4 +175,6 @@ def _driven(car: Vehicle) -> Trace:
     )
     time = np.linspace(0.0, 18.0, 1801)
     angle = np.where((time > 5) & (time < 14), 0.03 * np.sin(np.pi * (time - 5)), 0.0)
-    return simulate(car, drive, steer=(time, angle), output_rate=100.0).trace
+    steer = time, angle
+    run = simulate(car, drive, steer=steer, aux_power=load, output_rate=100.0)
+    return run.trace

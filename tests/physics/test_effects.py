@@ -37,6 +37,7 @@ OFF_NEUTRAL = {
     "motor_efficiency": {"scale": 0.8},
     "payload": {"mass_kg": 0.5},
     "reference_sampling": {"period_s": 0.2},
+    "auxiliary_gain": {"gain": 1.2},
     "regeneration_limit": {"max_current_a": 1.0},
     "regeneration_fade": {"fade_speed_mps": 1.5},
     "friction_brake": {"share": 0.3},
@@ -97,9 +98,11 @@ def test_an_effect_off_neutral_moves_the_trace(name):
         base, params = {}, {"a_n": 1.0, "b_n_s_per_m": 0.1, "c_n_s2_per_m2": 0.01}
     else:
         base, params = dict(BASE), OFF_NEUTRAL[name]
-    lanes = LaneChanges(8.0)
-    before = simulate(car(base), CYCLE, lanes=lanes)
-    after = simulate(car(base | {name: params}), CYCLE, lanes=lanes)
+    how = {"lanes": LaneChanges(8.0)}
+    if "metered" in EFFECTS[name].shows_in:
+        how["aux_power"] = ([0.0, 15.0], [20.0, 10.0])
+    before = simulate(car(base), CYCLE, **how)
+    after = simulate(car(base | {name: params}), CYCLE, **how)
     assert not same(before, after)
     sink = EFFECTS[name].sink
     assert not sink or np.abs(after.trace[f"energy_{sink}_j"]).max() > 0

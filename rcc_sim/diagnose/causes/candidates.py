@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.causes.sought import Search, of_battery, search_of
 from rcc_sim.diagnose.residuals.problem import Problem
@@ -138,8 +140,16 @@ def shows_in(problem: Problem, drives: Collection[str]) -> bool:
         "steered": drive.steered,
         "turning": not drive.turns_as_measured,
         "unsurveyed": not problem.surveyed,
+        "metered": is_metered(problem),
     }
     return all(found[what] for what in drives)
+
+
+def is_metered(problem: Problem) -> bool:
+    """Tell whether a log has an auxiliary power that is not nil throughout."""
+    if "aux_power_w" not in problem.log:
+        return False
+    return bool(np.nan_to_num(problem.log["aux_power_w"]).any())
 
 
 def has_needs(vehicle: Vehicle, effect: Effect) -> bool:

@@ -5,9 +5,9 @@ from rcc_sim.physics.effect import Effect, Param
 
 
 @jit
-def auxiliary_power(power, logged):
-    """Draw [W] on the battery: what the file states plus what was logged beside it."""
-    return power + logged
+def auxiliary_power(power, beside):
+    """Draw [W] on the battery: what the file states plus what a log says beside it."""
+    return power + beside
 
 
 EFFECT = Effect(
