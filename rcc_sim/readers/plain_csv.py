@@ -6,7 +6,6 @@ import numpy as np
 
 from rcc_sim.errors import InputError
 from rcc_sim.readers.build import (
-    Column,
     Report,
     assembled,
     find,
@@ -14,8 +13,6 @@ from rcc_sim.readers.build import (
     mapped_columns,
 )
 from rcc_sim.readers.column_map import (
-    CLOCK,
-    DATE,
     ColumnMap,
     matching,
     nearest,
@@ -28,13 +25,10 @@ from rcc_sim.readers.csv_table import (
     written,
 )
 from rcc_sim.readers.log import Array, Log, Mapped
-from rcc_sim.readers.words import carried, clock_seconds, date_seconds
+from rcc_sim.readers.worded import column_of, read_as_words
 from rcc_sim.source import Source
 
 NAME = "csv"
-SECONDS = {CLOCK: clock_seconds, DATE: date_seconds}
-"""Unit of a time that is written as words -> what makes seconds of them."""
-
 SUMMARY = "CSV of any columns, by a column map (--map); some maps are shipped"
 
 
@@ -66,15 +60,13 @@ def read(source: Source, columns: ColumnMap | None = None) -> Log:
             f"{source.name}: has none of the columns that the map {by.name} names",
             f"it has {', '.join(names[:40])}",
         )
-    text = _words(by, wanted)
+    text = read_as_words(by, wanted)
     parsed, flaws = read_columns(table, wanted, text=text) if wanted else ({}, [])
     report.flaws += flaws
     report.notes += written(table)
-    source_columns = {
-        name: _column(by, name, values, source.name) for name, values in parsed.items()
-    }
+    read = {n: column_of(by, n, v, source.name) for n, v in parsed.items()}
     report.dropped += [n for n in names if n not in wanted]
-    found = mapped_columns(source_columns, names, by, report)
+    found = mapped_columns(read, names, by, report)
     clock = _counted(by, found, report)
     return finished(source.name, assembled(found, [clock]), NAME, report)
 
@@ -104,31 +96,6 @@ def _table(source: Source, by: ColumnMap | None) -> TextTable:
     if table is None:
         raise InputError(f"{source.name}: not a CSV table")
     return table
-
-
-def _words(by: ColumnMap, wanted: list[str]) -> set[str]:
-    """Columns to be read as words."""
-    if by.carry_tenths:
-        return set(wanted)
-    found: set[str] = set()
-    for term in (term for terms in by.columns.values() for term in terms):
-        if term.unit in SECONDS:
-            found.update(term.sources)
-        for where in (term.blank_where, term.negative_where):
-            if where and not where.equals.lstrip("-").replace(".", "", 1).isdigit():
-                found.add(where.source)
-    return found & set(wanted)
-
-
-def _column(by: ColumnMap, name: str, values: Array | list[str], where: str) -> Column:
-    if not isinstance(values, list):
-        return Column(values)
-    for term in (term for terms in by.columns.values() for term in terms):
-        if name in term.sources and term.unit in SECONDS:
-            return Column(SECONDS[term.unit](values, f"{where}: {name}"))
-    if by.carry_tenths:
-        return Column(carried(values, f"{where}: {name}"))
-    return Column(np.full(len(values), np.nan), words=values)
 
 
 def _counted(

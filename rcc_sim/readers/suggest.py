@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import isclose
 from typing import NamedTuple
 
 from rcc_sim.errors import InputError
+from rcc_sim.readers import parquet
 from rcc_sim.readers.column_map import CLOCK, DATE, UNITS
 from rcc_sim.readers.csv_table import text_table
 from rcc_sim.readers.own import WRITTEN, is_named_so
@@ -175,12 +177,11 @@ class Draft:
 
     def toml(self) -> str:
         """Return it as a column map, what was not understood as a comment."""
+        how = ["[map]", f"separator = {json.dumps(self.separator)}", ""]
         lines = [
             "# a draft by names, units and what the channels say of each other: look",
             "# through it; a power that is positive when charging takes sign = -1",
-            "[map]",
-            f"separator = {json.dumps(self.separator)}",
-            "",
+            *(how if self.separator else []),
             "[columns]",
             *(entry.toml() for entry in self.entries),
             *(["", "# not understood:"] if self.left else []),
@@ -199,11 +200,9 @@ def drafted(source: Source) -> Draft:
     InputError
         If the file is no table.
     """
-    table = text_table(source)
-    if table is None:
-        raise InputError(f"{source.name}: not a CSV table")
-    first = dict(zip(table.names, table.first, strict=False))
-    names = [name for name in table.names if name]
+    header, row, separator = _header(source)
+    first = dict(zip(header, row, strict=False))
+    names = [name for name in header if name]
     ours = [n for n in names if is_named_so(n)] if "time_s" in names else []
     found = {name: Entry(name, name) for name in ours}
     left = []
@@ -219,7 +218,17 @@ def drafted(source: Source) -> Draft:
         if meaning.unit == "%" or (unit and not written and UNITS[unit][0] == 1.0):
             unit = ""
         found[meaning.column] = Entry(meaning.column, name, unit)
-    return Draft(table.separator, tuple(found.values()), tuple(left))
+    return Draft(separator, tuple(found.values()), tuple(left))
+
+
+def _header(source: Source) -> tuple[Sequence[str], Sequence[str], str]:
+    """Return the names of a table's columns, its first row as words, its separator."""
+    if parquet.sniff(source):
+        return *parquet.header(source), ""
+    table = text_table(source)
+    if table is None:
+        raise InputError(f"{source.name}: not a table, of CSV or Parquet")
+    return table.names, table.first, table.separator
 
 
 def meaning_of(name: str) -> Meaning | None:

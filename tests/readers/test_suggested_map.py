@@ -1,7 +1,9 @@
 """A draft of a column map: what a header says by words and units."""
 
 import numpy as np
+import pyarrow
 import pytest
+from pyarrow import parquet
 
 from rcc_sim.analyse.logcheck.draft import checked_draft
 from rcc_sim.definitions.vehicle import load_vehicle
@@ -143,3 +145,37 @@ def test_a_file_that_a_shipped_map_reads_gets_that_map(tmp_path):
     done = rccsim("convert", log, "--suggest-map")
     assert map_of(done.stdout, log).columns == dart.columns
     assert "shipped map dart" in done.stderr
+
+
+def test_parquet_is_drafted_and_read_as_the_same_table_in_csv(tmp_path):
+    t = np.arange(200) * 0.05
+    table = {
+        "Timestamp": [f"2026-05-01 10:00:{x:09.6f}" for x in t],
+        "Velocity [km/h]": 36.0 * np.sin(t / 3.0) ** 2,
+        "Battery Voltage [V]": np.full(len(t), 12.3),
+        "gear": ["reverse" if x % 2 > 1.5 else "drive" for x in t],
+        "lights": [bool(x > 5) for x in t],
+    }
+    parquet.write_table(pyarrow.table(table), tmp_path / "log.parquet")
+    table["lights"] = [str(lit).lower() for lit in table["lights"]]
+    rows = zip(*table.values(), strict=True)
+    rows = [",".join(table), *(",".join(map(str, row)) for row in rows)]
+    (tmp_path / "log.csv").write_text("\n".join(rows) + "\n")
+    drafts, logs = [], []
+    for name in ("log.csv", "log.parquet"):
+        draft, unread = checked_draft(open_source(tmp_path / name))
+        assert unread is None
+        turned = "{ from = 'gear', equals = 'reverse' }"
+        dark = "{ from = 'lights', equals = 'true' }"
+        text = draft.toml().replace(
+            'unit = "km/h"',
+            f'unit = "km/h", negative_where = {turned}, blank_where = {dark}',
+        )
+        (tmp_path / "map.toml").write_text(text)
+        drafts.append(draft.entries)
+        logs.append(read_log(tmp_path / name, columns=tmp_path / "map.toml").trace)
+    assert drafts[0] == drafts[1] and len(drafts[0]) == 3
+    assert logs[0].columns.keys() == logs[1].columns.keys()
+    for name, values in logs[0].columns.items():
+        np.testing.assert_array_equal(values, logs[1][name])
+    assert logs[1]["speed_mps"][35] < 0 and np.isnan(logs[1]["speed_mps"][150])

@@ -13,7 +13,7 @@ from rcc_sim.analyse.logcheck.finding import Finding
 from rcc_sim.analyse.logcheck.reading import check_reading
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
-from rcc_sim.readers import plain_csv
+from rcc_sim.readers import parquet, plain_csv
 from rcc_sim.readers.column_map import map_of
 from rcc_sim.readers.log import Log
 from rcc_sim.readers.suggest import SHORT, Draft, drafted
@@ -40,7 +40,7 @@ def checked_draft(
     Parameters
     ----------
     source : Source
-        A CSV file.
+        A CSV or Parquet file.
     vehicle : Vehicle or None
         Its file, by which motor speed, voltage and power are judged too.
 
@@ -69,7 +69,8 @@ def checked_draft(
 
 def _read(draft: Draft, source: Source) -> Log:
     """Return the file as drafted."""
-    return plain_csv.read(source, map_of(draft.toml(), Path("draft.toml")))
+    read = parquet.read if parquet.sniff(source) else plain_csv.read
+    return read(source, map_of(draft.toml(), Path("draft.toml")))
 
 
 def _by_command(draft: Draft, trace: Trace, vehicle: Vehicle | None) -> Draft:
