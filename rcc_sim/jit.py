@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import dis
 import functools
-import hashlib
 import os
 import sys
 from collections.abc import Callable, Mapping
@@ -26,6 +25,10 @@ KERNELS = ("physics/**/*.py", "blind/plant*.py", "units.py", "jit.py")
 
 THREADS = 2
 """Threads of a process that run kernels side by side, unless the user says less."""
+
+
+TELL: list[Callable[[str], None]] = []
+"""What is told, once a process, that it has to compile and how long that takes."""
 
 
 def threads() -> int:
@@ -104,7 +107,30 @@ def _numba() -> Any:
     finally:
         if absent:
             del sys.modules["scipy.linalg"]
+    if TELL:
+        _announce()
     return numba
+
+
+def _announce() -> None:
+    """Have each of ``TELL`` called as the first kernel that is on no disk compiles."""
+    from numba.core import event
+
+    class Compiling(event.Listener):
+        def on_start(self, event: Any) -> None:
+            kept = "once for this version"
+            if not _can_cache():
+                kept = (
+                    f"for this run alone: {cache_folder().parent} cannot be written, "
+                    "RCCSIM_CACHE may name another folder"
+                )
+            while TELL:
+                TELL.pop()(f"compiling the kernel (some tens of seconds), {kept}")
+
+        def on_end(self, event: Any) -> None:
+            pass
+
+    event.register("numba:compile", Compiling())
 
 
 def bound(
@@ -208,6 +234,8 @@ def _can_cache() -> bool:
 @functools.cache
 def source_digest() -> str:
     """Return a digest of the package's kernel source, :data:`KERNELS`."""
+    import hashlib  # 10 ms that no short command has to pay
+
     package = Path(__file__).parent
     digest = hashlib.blake2b(digest_size=8)
     for path in sorted(path for kind in KERNELS for path in package.glob(kind)):

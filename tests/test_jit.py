@@ -18,9 +18,11 @@ from rcc_sim.definitions.cycle import Cycle
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.simulate.run import simulate
 import numpy as np
+said = []
+jit.TELL.append(said.append)
 cycle = Cycle("c", np.array([0.0, 1, 2]), np.array([0.0, 1, 0]))
 run = simulate(load_vehicle("rcc"), cycle, imposed=True, engine="compiled")
-print(run.battery_energy, jit.cache_folder().exists())
+print(run.battery_energy, jit.cache_folder().exists(), *said)
 """
 
 
@@ -54,9 +56,16 @@ def test_all_that_kernels_are_made_of_names_their_cache():
 def test_a_cache_that_cannot_be_written_is_done_without(tmp_path):
     blocked = tmp_path / "file"
     blocked.write_text("not a folder")
-    joules, exists = energy(blocked)
+    joules, exists, *said = energy(blocked)
     assert exists == "False"
-    assert joules == energy("")[0]  # by the usual cache
+    assert " ".join(said).startswith("compiling the kernel")
+    assert f"for this run alone: {blocked} cannot be written" in " ".join(said)
+    assert [joules] == energy("")[:1]  # by the usual cache
+
+
+def test_who_finds_the_kernels_on_disk_is_told_nothing():
+    energy("")
+    assert energy("")[2:] == []
 
 
 def test_a_kernel_runs_without_scipy():

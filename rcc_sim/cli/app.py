@@ -19,6 +19,7 @@ from typer.main import get_command, get_group
 from rcc_sim.cli.keep import guarded
 from rcc_sim.cli.output import say, say_error
 from rcc_sim.errors import InputError, RccError
+from rcc_sim.jit import TELL
 
 ORDER = (
     "pi",
@@ -200,6 +201,7 @@ def _leave(code: int) -> NoReturn:
 def _run() -> int:
     """Run what the command line says; typer's own `main` would eat a broken pipe."""
     gc.set_threshold(*RARELY)
+    TELL.append(say)
     command = get_command(app)
     if "_RCCSIM_COMPLETE" in os.environ:
         command.main(prog_name="rccsim")

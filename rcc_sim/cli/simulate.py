@@ -115,7 +115,6 @@ def simulate(
 
     car = changed_vehicle(vehicle, set_, with_, without, effect)
     drive, throttle = _drive(cycle, throttle_log)
-    _announce_compiler(imposed)
     if draws is not None and substeps > 1:
         raise InputError("--draws and --substeps: many runs take one step a tick")
     how: dict[str, Any] = {
@@ -218,13 +217,6 @@ def _auxiliary(path: str | None) -> Profile | None:
         return None
     log = read_trace(path)
     return log["time_s"], log["aux_power_w"]
-
-
-def _announce_compiler(imposed: bool) -> None:
-    from rcc_sim import jit
-
-    if not imposed and not jit.cache_folder().exists():
-        say("compiling the kernel, once for this version (some seconds) ...")
 
 
 def _deliver(result: Run, output: Path | None, *, csv: bool, json: bool) -> None:
