@@ -136,10 +136,9 @@ def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
     yield from _rivals(found)
     if found.asserted or found.taken_up:
         yield from _proof(found)
-    if found.asserted:
-        yield from ((word, of_one + text) for word, text in _ledger(found))
-    elif found.kept_back and not found.taken_up:
+    elif found.kept_back:
         yield "PROOF", f"there is no cause to hold against {_held_out(found)}"
+    yield from ((word, of_one + text) for word, text in _ledger(found))
     yield from doubtful
     if found.left.is_real:
         left = found.left
@@ -355,9 +354,12 @@ def _ledger(found: Diagnosis) -> Iterator[tuple[str, str]]:
     prices = found.prices
     if prices is None:
         return
+    small = SMALL * abs(found.gap.energy.measured_wh or 0.0)
+    if not found.asserted and abs(prices.figures_wh) <= small:
+        return
     how = "by the motion alone: " * found.proof.by_torque
     steps = [f"{name} {_wh(wh)}" for name, wh in prices.causes.items()]
-    if abs(prices.drive_wh) > SMALL * abs(found.gap.energy.measured_wh or 0.0):
+    if abs(prices.drive_wh) > small:
         steps.insert(0, f"{OTHER_DRIVE} {_wh(prices.drive_wh)}")
     steps += [
         f"shifts of stated figures {_wh(prices.figures_wh)}",

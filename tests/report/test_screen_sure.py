@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 from rcc_sim.report.doubts import SURE
-from rcc_sim.report.screen import _proof, _verdict
+from rcc_sim.report.screen import _ledger, _proof, _verdict
 
 
 def found(probabilities=(), shrink=(0.9, 0.8, 1.0)):
@@ -58,3 +58,14 @@ def test_the_least_sure_cause_is_told_beside_the_verdict(probabilities, told):
 def test_a_proof_that_may_be_none_says_so(shrink, told):
     ((word, text),) = _proof(found(shrink=shrink))
     assert word == "PROOF" and told in text
+
+
+@pytest.mark.parametrize(("by_figures", "told"), [(-0.06, True), (0.0005, False)])
+def test_without_a_cause_it_is_told_what_stated_figures_are_worth(by_figures, told):
+    one = found()
+    one.prices = SimpleNamespace(
+        causes={}, figures_wh=by_figures, unexplained_wh=0.01, drive_wh=0.0
+    )
+    one.gap = one.gaps[0]
+    text = "shifts of stated figures −0.06 Wh, unexplained +0.01 Wh"
+    assert [*_ledger(one)] == [("ENERGY", text)] * told
