@@ -65,14 +65,9 @@ def spread_of(figure: Figure) -> float:
 
 def bounds_of(vehicle: Vehicle, key: str) -> tuple[float, float]:
     """Return the least and greatest value with a meaning."""
-    table, _, rest = key.partition(".")
-    if table != "effects":
+    if not key.startswith("effects."):
         return 0.0, math.inf
-    effect, _, name = rest.partition(".")
-    if key == "effects.motor_efficiency.scale":
-        mapped = "map" in vehicle.effects.get(effect, {})
-        return 0.0, math.inf if mapped else 1.0
-    return vehicle.known[effect].param(name).bounds
+    return vehicle.effect_bounds(key)
 
 
 def quantiles(figure: Figure, u: Array, bounds: tuple[float, float]) -> Array:

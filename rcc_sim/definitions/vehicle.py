@@ -50,6 +50,7 @@ TABLES: dict[str, type[Table]] = {
 }
 ALWAYS = ("vehicle", "body", "tyres", "drivetrain")
 DELAYS = sensor_delay.EFFECT.id
+EFFICIENCY = "effects.motor_efficiency.scale"
 
 
 @dataclass(frozen=True)
@@ -206,6 +207,16 @@ class Vehicle:
     def known(self) -> dict[str, Effect]:
         """Effect id -> effect: those shipped, and the vehicle's own."""
         return {**EFFECTS, **{name: own.effect for name, own in self.own.items()}}
+
+    def effect_bounds(self, key: str) -> tuple[float, float]:
+        """Return the least and the most that a figure of an effect may be.
+
+        Where no map is stated that it multiplies, an efficiency is no more than one.
+        """
+        _, effect, name = key.split(".")
+        low, high = self.known[effect].param(name).bounds
+        alone = key == EFFICIENCY and "map" not in self.effects.get(effect, {})
+        return low, 1.0 if alone else high
 
     @property
     def where(self) -> str:

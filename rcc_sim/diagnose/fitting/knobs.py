@@ -36,7 +36,6 @@ LEAST = 0.2
 RADIUS = "effects.wheel_radius.scale"
 YAW_INERTIA = "body.yaw_inertia_kgm2"
 SLIP = "effects.longitudinal_slip.stiffness_n"
-EFFICIENCY = "effects.motor_efficiency.scale"
 
 BIAS = "bias."
 
@@ -170,16 +169,11 @@ def acts_of(vehicle: Vehicle, key: str) -> str:
 def bounds_of(problem: Problem, key: str) -> tuple[float, float]:
     """Least and most that a figure may be: an effect's own; else a fifth of the stated.
 
-    A loss may be nil; a mass may not. Where no map is stated that it multiplies, an
-    efficiency is no more than one.
+    A loss may be nil; a mass may not.
     """
-    table, effect, *rest = key.split(".")
-    if table == "effects":
-        low, high = problem.vehicle.known[effect].param(rest[0]).bounds
-        given = problem.vehicle.effects.get(effect, {})
-        if key == EFFICIENCY and "map" not in given:
-            high = max(problem.stated(key), 1.0)
-        return low, high
+    if key.startswith("effects."):
+        low, high = problem.vehicle.effect_bounds(key)
+        return low, max(high, problem.stated(key))
     value = problem.vehicle.figures()[key].value
     return (LEAST * value if value > 0 else -inf), inf
 
