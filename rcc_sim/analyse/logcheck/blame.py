@@ -43,16 +43,17 @@ def blame(
     """
     told = {channel for r in found for channel in r.powers}
     known = [m for m in mistakes(columns, vehicle) if not told.isdisjoint(m.factors)]
-    best = _likeliest(found, known)
+    cost = Costs(found)
+    best = _likeliest(cost, known)
     own = tuple(m for m in best if _is_of_the_log(m, best, found))
     against = _against_the_file(found, best, own)
     if against:
         best = own
-    least, factors = _cost(found, best), _factors(best)
+    factors = _factors(best)
     findings = []
     for mistake in best:
         others = tuple(m for m in best if m is not mistake)
-        findings += _told(mistake, others, found, known, least)
+        findings += _told(mistake, others, cost, known, cost(best) + NEAR)
     broken = [r for r in found if not r.allows(_expected(r, factors))]
     if against:
         findings.append(_other_vehicle(against))
@@ -101,38 +102,54 @@ def _is_of_the_log(
     )
 
 
-def _likeliest(
-    found: Sequence[Relation], known: Sequence[Mistake]
-) -> tuple[Mistake, ...]:
+class Costs:
+    """What mistakes cost, and the relations as they then are.
+
+    A relation costs by the factors of its own channels alone: each once.
+    """
+
+    def __init__(self, found: Sequence[Relation]) -> None:
+        self.found = found
+        self._strains: list[dict[tuple[float | None, ...], float]] = [{} for _ in found]
+
+    def __call__(self, some: Sequence[Mistake]) -> float:
+        """Return what a set of mistakes costs."""
+        factors = _factors(some)
+        strain = 0.0
+        for relation, known in zip(self.found, self._strains, strict=True):
+            own = tuple(map(factors.get, relation.powers))
+            if own not in known:
+                known[own] = _strain(relation, _expected(relation, factors))
+            strain += known[own]
+        return sum(PRICE - RARE * m.prior for m in some) + strain
+
+
+def _likeliest(cost: Costs, known: Sequence[Mistake]) -> tuple[Mistake, ...]:
     """Return the set of mistakes that costs least, the likeliest ``KEPT`` followed."""
-    if all(r.allows(1.0) for r in found):
+    if all(r.allows(1.0) for r in cost.found):
         return ()
-    kept: list[tuple[Mistake, ...]] = [()]
-    costs: dict[tuple[Mistake, ...], float] = {(): _cost(found, ())}
+    channels = [{m.channel, *m.also} for m in known]
+    apart = [{k for k, c in enumerate(channels) if not c & own} for own in channels]
+    every = set(range(len(known)))
+    kept: list[tuple[int, ...]] = [()]
+    costs: dict[tuple[int, ...], float] = {(): cost(())}
     for _ in range(MOST):
         wider = (
-            tuple(sorted((*some, m), key=known.index))
+            tuple(sorted((*some, k)))
             for some in kept
-            for m in known
-            if all(m.factors.keys().isdisjoint(o.factors) for o in some)
+            for k in sorted(every.intersection(*(apart[j] for j in some)))
         )  # in the order of what is usual: of two that cost the same the first is taken
-        more = {some: _cost(found, some) for some in dict.fromkeys(wider)}
+        more = {some: cost([known[k] for k in some]) for some in dict.fromkeys(wider)}
         costs |= more
         kept = sorted(more, key=lambda some: more[some])[:KEPT]
         if not kept or more[kept[0]] > min(costs.values()) + BROKEN:
             break
-    return min(costs, key=lambda some: (costs[some], len(some)))
+    best = min(costs, key=lambda some: (costs[some], len(some)))
+    return tuple(known[k] for k in best)
 
 
 def _factors(some: Sequence[Mistake]) -> dict[str, float]:
     return {channel: f for m in some for channel, f in m.factors.items()}
-
-
-def _cost(found: Sequence[Relation], some: Sequence[Mistake]) -> float:
-    """Return what mistakes cost, and the relations as they then are."""
-    factors = _factors(some)
-    price = sum(PRICE - RARE * m.prior for m in some)
-    return price + sum(_strain(r, _expected(r, factors)) for r in found)
 
 
 def _strain(relation: Relation, expected: float) -> float:
@@ -160,23 +177,26 @@ def _expected(relation: Relation, factors: dict[str, float]) -> float:
 def _told(
     mistake: Mistake,
     others: tuple[Mistake, ...],
-    found: Sequence[Relation],
+    cost: Costs,
     known: Sequence[Mistake],
-    least: float,
+    most: float,
 ) -> list[Finding]:
-    """Return the findings of a mistake beside others: one for each of its channels."""
+    """Return the findings of a mistake beside others: one for each of its channels.
+
+    Another that costs less than the ``most`` in its place is named as well.
+    """
     taken = _factors(others)
     near = [
         m
         for m in known
         if m.prior > UNUSUAL
         and taken.keys().isdisjoint(m.factors)
-        and _cost(found, (*others, m)) < least + NEAR
+        and cost((*others, m)) < most
     ]
     rivals = [m for m in near if m.channel not in mistake.factors]
     units = {m.words for m in near if m.channel == mistake.channel and m.kind == "unit"}
     or_in = "".join(f", or in {unit}" for unit in sorted(units - {mistake.words}))
-    first = _finding(mistake, mistake.words + or_in, found, taken, rivals)
+    first = _finding(mistake, mistake.words + or_in, cost.found, taken, rivals)
     also = [
         replace(
             first,
