@@ -179,9 +179,8 @@ def run_replayed(
                 if delay > 0.0:
                     tau = command_of(late_motor, tick, delay, T, tau)
             else:
-                tau = obey_throttle(
-                    p, c, s, u, force, (time, commands.throttle), late_motor, tick
-                )
+                asked = time, commands.throttle, held[0]
+                tau = obey_throttle(p, c, s, u, force, asked, late_motor, tick)
             actuate(p, c, s, u, tau, angle)
             step(p, c, s, u, f, E, flow, T)
             if len(eta[0]) > 1:

@@ -27,7 +27,7 @@ from rcc_sim.physics.step import (
     step,
     step_imposed,
 )
-from rcc_sim.physics.tables import between, seek, slope_of
+from rcc_sim.physics.tables import LINE, between, command_at, seek, slope_of
 
 STILL = 1e-6  # m/s; a car that yaws as it stops comes nearer and nearer to standing
 
@@ -136,9 +136,13 @@ def follow_reference(p, c, s, u, f, flow, ref):
 
 @jit
 def obey_throttle(p, c, s, u, force, throttle, late_motor, k):
-    """Torque [N m] that the logged throttle of a while ago asks for."""
-    s.throttle_at = seek(s.t, throttle[0], s.throttle_at)
-    u.throttle = between(s.t, throttle[0], throttle[1], int(s.throttle_at))
+    """Torque [N m] that the logged throttle of a while ago asks for.
+
+    ``throttle`` holds times, values and how they run from one to the next.
+    """
+    time, values, how = throttle
+    s.throttle_at = seek(s.t, time, s.throttle_at)
+    u.throttle = command_at(s.t, time, values, int(s.throttle_at), how)
     T = p.control.T_loop
     late = command_of(late_motor, k, p.actuation_delay.delay_s, T, u.throttle)
     return throttle_force(p, late, s.v_x, force) / c.n
@@ -211,7 +215,8 @@ def run_commanded(P, work, drive, maps, lines, rows, sinks, every, substeps):
             if p.control.mode == SPEED:
                 tau = speed_loop(p, c, s, u, flow)
             elif p.control.mode == THROTTLE:
-                tau = obey_throttle(p, c, s, u, force, throttle, late_motor, tick)
+                asked = throttle[0], throttle[1], LINE
+                tau = obey_throttle(p, c, s, u, force, asked, late_motor, tick)
             else:
                 tau = follow_reference(p, c, s, u, f, flow, ref)
             if p.actuation_delay.delay_s > 0.0 and p.control.mode != THROTTLE:

@@ -78,9 +78,9 @@ class Drive:
     distance : ndarray or None
         Distance driven at the rows, where the road is not flat. [m]
     held : tuple of int
-        How reference and steering run between the rows (``physics.tables``): LINE, the
-        reference straight, as the throttle does, and the steering as a hand moves it;
-        SINCE, held until the next, as digital commands are; BEFORE, the reference
+        How reference or throttle, and steering, run between the rows
+        (``physics.tables``): LINE, the first straight and the steering as a hand moves
+        it; SINCE, held until the next, as digital commands are; BEFORE, the reference
         alone, where a row shows what acts already.
     stated, climbed : bool
         Whether the file states the road; whether its slope is what the log's elevation
@@ -192,6 +192,7 @@ def drive_of(log: Trace, vehicle: Vehicle, window: float = 0.01) -> Drive:
             *("headwind_mps", "yaw_rate_radps"),
         )
     )
+    asked = throttle if vehicle.mode == "throttle" else ref
     current, torque = (
         np.ascontiguousarray(log[c]) if has(log, c) else nan
         for c in ("motor_current_a", "motor_torque_nm")
@@ -207,7 +208,7 @@ def drive_of(log: Trace, vehicle: Vehicle, window: float = 0.01) -> Drive:
         answering_time(vehicle),
         start,
         distance,
-        (SINCE if holds(ref) else LINE, SINCE if holds(steer) else LINE),
+        (SINCE if holds(asked) else LINE, SINCE if holds(steer) else LINE),
         stated=distance is not None and not is_surveyed(log),
         climbed=has(log, "elevation_m") and not has(log, "slope"),
         unseen=unseen,

@@ -10,6 +10,7 @@ from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose import run
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.diagnose.search.compete import compete
+from rcc_sim.physics.tables import SINCE
 from rcc_sim.similitude.cycles import scale_cycle
 from rcc_sim.simulate.drive import drive_of, holds
 from rcc_sim.simulate.replay import replay
@@ -38,7 +39,7 @@ def asked():
     return {c: run[c] for c in ("time_s", *COMMANDS)}
 
 
-def sent(asked, row, delay=0.0, *, hold=True):
+def sent(asked, row, delay=0.0, *, hold=True, lag=0.0):
     """A log of commands that were sent at each of its rows, and held; or every tick.
 
     Its flows are samples if they held, and means since the row before if not.
@@ -48,7 +49,9 @@ def sent(asked, row, delay=0.0, *, hold=True):
     held = {c: np.repeat(asked[c][::once], once) for c in COMMANDS}
     n = min(len(x) for x in (asked["time_s"], *held.values()))
     time = asked["time_s"][:n]
-    true = CAR.changed(effects={"steering_delay": {"delay_s": delay}} if delay else {})
+    acts = {"steering_delay": {"delay_s": delay}} if delay else {}
+    acts |= {"steering_lag": {"time_constant_s": lag}} if lag else {}
+    true = CAR.changed(effects=acts)
     columns = {"time_s": time, **{c: held[c][:n] for c in COMMANDS}}
     seen = replay(true, drive_of(Trace(columns), true))
     rng = np.random.default_rng(3)
@@ -66,6 +69,46 @@ def test_they_are_no_delay(asked, row):
     log = sent(asked, row)
     assert not any(holds(log.log[c]) for c in COMMANDS)  # each row has another value
     assert diagnose([log], CAR).asserted == ()
+
+
+STEERING = ("steering_delay", "steering_lag", "tyre_relaxation", "sensor_delay")
+
+
+def test_nor_where_the_measured_motion_drives_a_car_that_is_steered_by_them(asked):
+    columns = dict(sent(asked, 0.02).log.columns)
+    del columns["speed_ref_mps"]
+    log = Logged(Trace(columns, name="imposed"), (), None)
+    assert diagnose([log], CAR, candidates=STEERING).asserted == ()
+
+
+def test_nor_where_a_stated_lag_that_is_too_long_hides_that_they_hold(asked):
+    stated = {"steering_lag": {"time_constant_s": {"value": 0.06, "sd": 0.01}}}
+    log = sent(asked, 0.02, lag=0.048)
+    found = diagnose([log], CAR.changed(effects=stated), candidates=STEERING)
+    assert found.asserted == ()
+
+
+def test_a_throttle_that_holds_is_told_so_and_hides_no_gain():
+    """Sent twenty times a second, to a car that gives more force than its map says."""
+    car = load_vehicle("dart_jetracer")
+    time = np.arange(0.0, 40.0, TICK)
+    wish = 0.25 + 0.1 * np.sin(0.9 * time) + 0.06 * np.sin(9.1 * time)
+    throttle = np.repeat(wish[::50], 50)
+    true = car.changed(effects={"throttle_gain": {"gain": 1.5}})
+    asked = Trace({"time_s": time, "throttle": throttle})
+    rng = np.random.default_rng(2)
+    seen = replay(true, drive_of(asked, true))
+    columns = {"time_s": time[::50], "throttle": throttle[::50]}
+    for name, sd in {"speed_mps": 0.004, "accel_x_mps2": 0.05}.items():
+        columns[name] = seen[name][::50] + rng.normal(0.0, sd, len(columns["time_s"]))
+    columns["speed_mps"] = np.abs(columns["speed_mps"])
+    log = Logged(Trace(columns, name="throttle"), (), None)
+    rivals = ("actuation_delay", "motor_lag", "throttle_gain", "payload")
+    found = diagnose([log], car, candidates=rivals)
+    (one,) = found.asserted
+    assert one.cause.effect == "throttle_gain"
+    assert one.figures["gain"].value == pytest.approx(1.5, rel=0.03)
+    assert found.found.engine.problems[0].drive.held[0] == SINCE
 
 
 def test_a_delay_beyond_a_row_is_one(asked):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 from functools import partial
 from math import inf
@@ -22,6 +22,16 @@ from rcc_sim.diagnose.search.compete import Asked, Explanation, Way
 from rcc_sim.physics.tables import BEFORE, LINE, SINCE
 from rcc_sim.simulate.drive import Drive
 
+LATE = {
+    "actuation_delay": 0,
+    "motor_lag": 0,
+    "steering_delay": 1,
+    "steering_lag": 1,
+    "tyre_relaxation": 1,
+}
+"""Effect -> the command that passes for it where it holds from row to row: the
+reference or the throttle, or the steering."""
+
 Explained = Callable[[Engine, Fit | None, Asked | None], Explanation]
 """How logs are explained: from a null, where known, and asked how they are driven."""
 
@@ -35,7 +45,8 @@ def as_sent(
     lags one that is logged while it acts by as much; and so do flows that are samples
     such as are means since the row before. The vehicle as it is stated may like it
     better so; but a motor or a steering that is late, or slow, may seem to hold it:
-    with the first cause it is asked, and all is explained so if it still is. Where what
+    with the first cause it is asked, and all is explained so if it still is, or if logs
+    are about as likely without such a cause where the command holds. Where what
     was found may do as well, or fewer causes, another way, all is explained that way,
     too, and the likelier explanation stands. A cause fewer is worth what one must gain.
 
@@ -49,8 +60,8 @@ def as_sent(
     each = engine.each(likelihood, ways)
     best = ways[int(np.argmax(each))]
     liked = max(each) >= likelihood(engine) + ENOUGH
-    some = parts_of(best, engine, ways)
-    found = explained(engine, null, partial(likelier, some) if liked else None)
+    some = parts_of(best, engine, ways) if liked else []
+    found = explained(engine, null, Likelier(some, ways))
     begun = driven_as(engine, like=found.engine)
     if not found.causes:
         return begun, found
@@ -88,17 +99,55 @@ def parts_of(best: Engine, engine: Engine, ways: Sequence[Engine]) -> list[Engin
 
 def is_logged_later(engine: Engine, begun: Engine) -> bool:
     """Tell whether logs are driven as others, but for references that act before."""
-    return all(
-        (p.drive.held, p.drive.window) == ((BEFORE, q.drive.held[1]), q.drive.window)
+    pairs = [
+        (p.drive, q.drive)
         for p, q in zip(engine.problems, begun.problems, strict=True)
         if not p.drive.imposed
+    ]
+    return bool(pairs) and all(
+        (d.held, d.window) == ((BEFORE, other.held[1]), other.window)
+        for d, other in pairs
     )
 
 
-def likelier(ways: Sequence[Engine], engine: Engine, fit: Fit) -> Way | None:
-    """Return how logs are driven where they are likelier by the same figures."""
-    best = likeliest(ways, engine, fit, fit.score)
-    return None if best is None else partial(driven_as, like=best)
+class Likelier:
+    """Tells how logs are driven where they are likelier by the same figures.
+
+    That is one of ``some`` ways; or, where the cause is one that a command which holds
+    passes for, one of all ``ways`` that differs by that alone, and asks for no such
+    cause: logs are about as likely by tolerances alone. Once they are driven another
+    way, commands can but hold more.
+    """
+
+    def __init__(self, some: Sequence[Engine], ways: Sequence[Engine]) -> None:
+        self._some, self._ways = some, ways
+
+    def __call__(self, engine: Engine, fit: Fit, null: Fit) -> Way | None:
+        """Tell it by a fit with a first cause, and one of tolerances alone."""
+        best, self._some = likeliest(self._some, engine, fit, fit.score), []
+        late = {LATE[effect] for effect in freed(fit) - freed(null) if effect in LATE}
+        if best is None and late:
+            others = [way for way in self._ways if holds_more(way, engine, late)]
+            best = likeliest(others, engine, null, fit.score - ENOUGH)
+        return None if best is None else partial(driven_as, like=best)
+
+
+def freed(fit: Fit) -> set[str]:
+    """Return the effects of which a figure is free."""
+    keys = (k.key for k in fit.knobs if k.sd == inf)
+    return {key.split(".")[1] for key in keys if key.startswith("effects.")}
+
+
+def holds_more(way: Engine, begun: Engine, commands: Collection[int]) -> bool:
+    """Tell whether logs are driven as others, but that some commands hold there."""
+    pairs = zip(way.problems, begun.problems, strict=True)
+    drives = [(p.drive, q.drive) for p, q in pairs]
+    ends = [
+        (tuple(SINCE if i in commands else h for i, h in enumerate(d.held)), d.window)
+        for _, d in drives
+    ]
+    now = [(d.held, d.window) for d, _ in drives]
+    return now == ends and now != [(d.held, d.window) for _, d in drives]
 
 
 def likeliest(
@@ -217,26 +266,42 @@ def with_drives(engine: Engine, drives: Sequence[Drive]) -> Engine:
 def every_way(problems: Sequence[Problem]) -> list[list[Drive]]:
     """Return the drives of logs, commands in every way, flows samples, and as they are.
 
-    One logger wrote them: what is asked is asked of all that are driven by commands. A
-    car that takes its reference by a clock of its own (``reference_sampling``) may have
-    been logged after it: a row then shows what has acted since that clock struck.
+    One logger wrote them: what is asked is asked of all that are driven by commands, of
+    the steering also where the motion that was measured drives a car that is steered by
+    commands. A car that takes its reference by a clock of its own
+    (``reference_sampling``) may have been logged after it: a row then shows what has
+    acted since that clock struck.
     """
-    if all(p.drive.imposed for p in problems):
+    commanded = any(not p.drive.imposed for p in problems)
+    if not commanded and not any(map(is_steered_by_commands, problems)):
         return []
     clocked = any("reference_sampling" in p.vehicle.effects for p in problems)
-    ways = [(r, s) for r in (LINE, SINCE, BEFORE)[: 2 + clocked] for s in (LINE, SINCE)]
+    references = (LINE, SINCE, BEFORE)[: 2 + clocked] if commanded else (LINE,)
+    ways = [(r, s) for r in references for s in (LINE, SINCE)]
     own = [p.drive.window for p in problems]
-    samples = [min(window, SAMPLE) for window in own]
+    samples = [min(window, SAMPLE) for window in own] if commanded else own
+
+    def one(p: Problem, way: tuple[int, int], window: float) -> Drive:
+        if not p.drive.imposed:
+            return replace(p.drive, held=way, window=window)
+        if is_steered_by_commands(p):
+            return replace(p.drive, held=(p.drive.held[0], way[1]))
+        return p.drive
 
     def drives(way: tuple[int, int], windows: Sequence[float]) -> list[Drive]:
-        each = zip((p.drive for p in problems), windows, strict=True)
-        return [
-            d if d.imposed else replace(d, held=way, window=window)
-            for d, window in each
-        ]
+        return [one(p, way, w) for p, w in zip(problems, windows, strict=True)]
 
     some = [samples] if samples == own else [samples, own]
     return [drives(way, windows) for way in ways for windows in some]
+
+
+def is_steered_by_commands(problem: Problem) -> bool:
+    """Tell whether the steering that a log has was sent to the car, not turned by hand.
+
+    Where it is asked as well if flows are means, the steering's half row tells that.
+    """
+    sent = problem.drive.steered and problem.vehicle.mode != "torque"
+    return sent and not is_asked(problem)
 
 
 def likelihood(engine: Engine) -> float:

@@ -21,8 +21,9 @@ from rcc_sim.diagnose.search.winner import cause_of
 Way = Callable[[Engine], Engine]
 """Logs, driven another way."""
 
-Asked = Callable[[Engine, Fit], Way | None]
-"""Whether logs are driven another way, once a first cause is fitted."""
+Asked = Callable[[Engine, Fit, Fit], Way | None]
+"""Whether logs are driven another way, once a first cause is fitted: by that fit, and
+that of tolerances alone."""
 
 TURNS = 6
 """Turns of the competition at most: causes taken in, or profiles refuted."""
@@ -97,8 +98,8 @@ def compete(
         if not taken:
             break
         if taken == CONSTANT and asked:
-            if way := asked(now.engine, now.fit):
-                return compete(way(base), candidates, told)
+            if way := asked(now.engine, now.fit, null or look.fit):
+                return compete(way(base), candidates, told, asked=asked)
             asked = None
     if late:
         now.rank(late.screened.candidate.effect, late.gain)
