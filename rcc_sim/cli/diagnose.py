@@ -85,7 +85,8 @@ def diagnose(
     candidates: Annotated[
         list[str] | None,
         typer.Option(
-            help="Consider this effect; repeatable, or a,b. All where not given.",
+            help="Consider this effect; repeatable, or a,b. All where not given, but "
+            "for steering_drag, which few cars have.",
             metavar="EFFECT",
             autocompletion=effect_names,
         ),

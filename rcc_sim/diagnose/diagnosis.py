@@ -103,6 +103,7 @@ class Diagnosis:
         }
         if self.left.is_real:
             unexplained |= {"acts_as": self.left.acts_as, "follows": self.left.follows}
+            unexplained |= {"may_be": list(self.may_be)} if self.may_be else {}
             if len(self.gaps) > 1:
                 unexplained["log"] = self.gaps[self.left.log].log
         return {
@@ -173,6 +174,14 @@ class Diagnosis:
     def gap(self) -> Gap:
         """Gap of the log that is shown."""
         return self.gaps[self.shown]
+
+    @property
+    def may_be(self) -> tuple[str, ...]:
+        """Rare effects, asked for by name alone, that leave just what is left."""
+        left = (self.left.acts_as, self.left.follows) if self.left.is_real else None
+        told = {*self.asked, *(a.cause.effect for a in self.asserted)}
+        known = self.vehicle.known.values()
+        return tuple(e.id for e in known if e.left_as == left and e.id not in told)
 
     @property
     def is_tied(self) -> bool:

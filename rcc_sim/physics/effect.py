@@ -171,6 +171,8 @@ class Effect:
         Effects whose sum it is, if it is one: no cause unless a file states it.
     rare : bool
         Whether some vehicles alone have it: no cause unless it is asked for.
+    left_as : tuple of str
+        How what such a one leaves acts, and the column that it follows.
     either : bool
         Whether its parameters are alternatives: a file that states one has no other.
     also : tuple of str
@@ -193,6 +195,7 @@ class Effect:
     shows_in: tuple[str, ...] = ()
     sums: tuple[str, ...] = ()
     rare: bool = False
+    left_as: tuple[str, str] = ("", "")
     either: bool = False
     also: tuple[str, ...] = ()
 

@@ -165,6 +165,9 @@ def _left(diagnosis: Mapping[str, Any]) -> Markup:
     if left.get("acts_as"):
         follows = title_of(str(left.get("follows", ""))).lower()
         text += f"; it acts like {way_of(str(left['acts_as']))} that follows {follows}"
+        text += "".join(
+            f" (--candidates {x} asks for that)" for x in left.get("may_be", ())
+        )
     windows = left.get("windows") or []
     if windows:
         when = ", ".join(

@@ -150,7 +150,8 @@ def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
             + ", ".join(
                 f"{w['start_s']:.1f} to {w['end_s']:.1f} s"
                 for w in left.windows[:SHOWN]
-            ),
+            )
+            + "".join(f"; --candidates {name} asks for that" for name in found.may_be),
         )
     unseen = found.not_identifiable
     if unseen:

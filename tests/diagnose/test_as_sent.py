@@ -192,3 +192,9 @@ def test_nor_does_it_make_a_lag_another_one(quick):
     (one,) = diagnose([log], CAR, candidates=RIVALS).asserted
     assert one.cause.effect == "motor_lag"
     assert one.figures["time_constant_s"].value == pytest.approx(0.04, abs=0.003)
+
+
+def test_without_a_cause_commands_that_hold_are_told_so_as_well(asked):
+    found = diagnose([sent(asked, 0.02)], CAR, candidates=("payload", "speed_loop"))
+    assert found.asserted == ()
+    assert found.found.engine.problems[0].drive.held == (SINCE, SINCE)

@@ -1,10 +1,14 @@
 """The scrub of turned wheels, against what it is by hand."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from rcc_sim.definitions.cycle import Cycle
+from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.causes.candidates import candidates_for
+from rcc_sim.diagnose.diagnosis import Diagnosis
 from rcc_sim.diagnose.residuals.problem import Problem
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.run import LaneChanges, simulate
@@ -47,3 +51,21 @@ def test_it_is_no_cause_unless_it_is_withheld_or_asked_for():
     assert "steering_drag" not in named(car()) | named(car(SCRUB))
     assert "steering_drag" in named(car(), withheld=["steering_drag"])
     assert named(car(), only=["steering_drag"]) == {"steering_drag"}
+
+
+@pytest.mark.parametrize(
+    ("follows", "asked", "may_be"),
+    [
+        ("steer_cmd_rad", (), ("steering_drag",)),
+        ("steer_cmd_rad", ("steering_drag",), ()),
+        ("speed_mps", (), ()),
+    ],
+)
+def test_a_drag_that_follows_the_steering_may_be_it(follows, asked, may_be):
+    found = SimpleNamespace(
+        left=SimpleNamespace(is_real=True, acts_as="drag", follows=follows),
+        asked=asked,
+        asserted=(),
+        vehicle=load_vehicle("rcc"),
+    )
+    assert Diagnosis.may_be.fget(found) == may_be

@@ -63,7 +63,7 @@ def as_sent(
     some = parts_of(best, engine, ways) if liked else []
     found = explained(engine, null, Likelier(some, ways))
     begun = driven_as(engine, like=found.engine)
-    if not found.causes:
+    if not found.causes and not liked:
         return begun, found
     others = [engine, best] if liked else []
     others += [way for way in ways if is_logged_later(way, begun)]

@@ -19,7 +19,7 @@ EFFECT = Effect(
             "gain",
             neutral=1.0,
             bounds=(0.1, 10.0),
-            typical=(0.8, 1.3),
+            typical=(0.7, 1.5),
             about="auxiliary power drawn from the battery over the logged one",
         ),
     ),

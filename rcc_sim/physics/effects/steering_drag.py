@@ -30,4 +30,5 @@ EFFECT = Effect(
     "Research, 2024, extra friction of a car without differentials",
     shows_in=("steered",),
     rare=True,
+    left_as=("drag", "steer_cmd_rad"),
 )
