@@ -1,11 +1,13 @@
 """What the fit does with figures that do not act smoothly."""
 
 from concurrent.futures import ThreadPoolExecutor
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.optimize import minimize
 
+from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.descent import bounded_step
 from rcc_sim.diagnose.fitting.engine import Engine
@@ -17,7 +19,8 @@ from rcc_sim.diagnose.noise.whitener import (
     log_density,
     weights,
 )
-from rcc_sim.diagnose.proof.folds import refitted
+from rcc_sim.diagnose.proof import folds
+from rcc_sim.diagnose.proof.folds import is_step, refitted
 from rcc_sim.errors import InputError
 
 
@@ -105,6 +108,36 @@ def test_half_a_log_asks_for_no_figures_that_no_vehicle_has():
     engine.evaluate = evaluate
     less = refitted(engine, fit, half).values["x"]
     assert 0 < abs(less - middle) <= most
+
+
+THRESHOLD = "effects.speed_dead_zone.threshold_radps"
+
+
+@pytest.mark.parametrize(
+    ("key", "sd", "still"),
+    [
+        (THRESHOLD, 2.0, True),
+        (THRESHOLD, np.inf, False),
+        ("effects.copper_loss.phase_resistance_ohm", 1e-3, False),
+        ("tyres.radius_m", 1e-3, False),
+    ],
+)
+def test_half_a_log_moves_no_threshold_that_the_file_states(key, sd, still):
+    car = SimpleNamespace(vehicle=load_vehicle("rcc"))
+    assert is_step(car, Knob(key, 1.0, sd)) == still
+
+
+def test_half_a_log_moves_all_others_beside_it(monkeypatch):
+    engine = bumpy(0.0)
+    knobs = [Knob("x", 1.0, sd=1.0), Knob("y", 0.0, sd=1.0)]
+    engine.signals = lambda values, knobs: [[-np.linspace(0, 1, 400)], [np.ones(400)]]
+    half = [np.arange(400) % 2 == 0]
+    fit = descent.fit(engine, {"x": 1.0, "y": 0.0}, knobs)
+    both = refitted(engine, fit, half)
+    monkeypatch.setattr(folds, "is_step", lambda engine, knob: knob.key == "y")
+    one = refitted(engine, fit, half)
+    assert one.values["y"] == fit.values["y"] != both.values["y"]
+    assert one.values["x"] != fit.values["x"] and one.knobs == fit.knobs
 
 
 @pytest.mark.parametrize("seed", range(12))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.descent import SHORTER
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
+from rcc_sim.diagnose.fitting.knobs import Knob
 from rcc_sim.diagnose.noise.whitener import Whitener
 
 Mask = NDArray[np.bool_]
@@ -55,18 +57,33 @@ def restricted(noise: Sequence[Whitener], engine: Engine, rows: list[Mask]) -> M
 def refitted(engine: Engine, fit: Fit, rows: list[Mask]) -> Fit:
     """A fit moved to what these rows alone ask for, to first order.
 
-    The step ends where no vehicle could have them together.
+    The step ends where no vehicle could have them together. What acts in steps keeps
+    what all rows told of it, unless it is a cause: it has no slope, and a threshold
+    that a hair moves takes a whole launch with it.
     """
     part = restricted(fit.noise, engine, rows)
-    along = engine.whitened(fit.signals, fit.noise)
-    step, _ = descent.newton_step(engine, fit, along.white, part)
-    far = FARTHEST * fit.sds()
-    step = np.clip(step, -far, far)
+    still = [is_step(engine, knob) for knob in fit.knobs]
+    free = fit.holding(
+        *(k.key for k, is_held in zip(fit.knobs, still, strict=True) if is_held)
+    )
+    along = engine.whitened(free.signals, fit.noise)
+    asked, _ = descent.newton_step(engine, free, along.white, part)
+    far = FARTHEST * free.sds()
+    step = np.zeros(len(fit.knobs))
+    step[~np.array(still, dtype=bool)] = np.clip(asked, -far, far)
     for share in SHORTER:
         moved = descent.stepped(engine, fit, share * step)
         if moved is not None:
             return moved
     return fit
+
+
+def is_step(engine: Engine, knob: Knob) -> bool:
+    """Tell whether a figure that the file states acts in steps, as a threshold does."""
+    if not knob.key.startswith("effects.") or knob.sd == inf:
+        return False
+    _, effect, name = knob.key.split(".")
+    return engine.vehicle.known[effect].param(name).acts == "steps"
 
 
 def halves(engine: Engine, fit: Fit) -> list[tuple[Fit, list[Mask]]]:
