@@ -66,9 +66,11 @@ def verdict_of(diagnosis: Mapping[str, Any]) -> str:
         parts = [f"a real gap, and {TAKEN_UP}", _mended(diagnosis)]
     elif status == "unexplained":
         parts = [
-            _unexplained(diagnosis.get("candidates") or []),
+            _unexplained(
+                diagnosis.get("candidates") or [], within=energy.get("within")
+            ),
             _unless(diagnosis.get("findings") or []),
-            _gap(energy, plain=True),
+            _gap(energy, plain=not energy.get("within")),
         ]
     else:
         parts = [_because(diagnosis), _mended(diagnosis)]
@@ -98,11 +100,12 @@ def closes(shrink: Mapping[str, Any]) -> bool:
     )
 
 
-def _unexplained(asked: Sequence[str]) -> str:
+def _unexplained(asked: Sequence[str], *, within: bool | None) -> str:
+    real = "a real gap" + " in the course of the signals" * bool(within)
     if not asked:
-        return "a real gap that no effect of the library accounts for"
+        return f"{real} that no effect of the library accounts for"
     names = listed([name.replace("_", " ") for name in asked], "or")
-    return f"a real gap that {names} does not account for, and nothing else was asked"
+    return f"{real} that {names} does not account for, and nothing else was asked"
 
 
 def _unless(findings: Sequence[Mapping[str, Any]]) -> str:

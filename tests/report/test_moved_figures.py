@@ -78,6 +78,15 @@ def test_a_gap_that_what_was_asked_for_does_not_explain_says_so():
     assert "no effect of the library" in verdict_of({"status": "unexplained"})
 
 
+@pytest.mark.parametrize("within", [True, False, None])
+def test_a_gap_whose_energy_is_within_doubt_is_one_of_the_signals(within):
+    energy = {"measured_wh": 0.3, "simulated_wh": 0.29, "gap_percent": 3.3}
+    where = {"energy": energy | {"within": within}}
+    told = verdict_of({"status": "unexplained", "where": where})
+    assert ("gap in the course of the signals that no effect" in told) == bool(within)
+    assert ("within what noise" in told) == bool(within)
+
+
 CLOSED = {"status": "unexplained", "asserted": (), "moved": {"tyres.radius_m": 3.0}}
 
 
