@@ -62,7 +62,10 @@ def test_a_log_without_a_battery_has_the_energy_of_its_shaft(commanded):
 
 
 def test_logs_of_other_rates_are_asked_every_way_together(commanded):
-    """The window of each is its own; a drive that is imposed stays as it is."""
+    """The window of each is its own.
+
+    Of a drive that is imposed the steering alone is asked, if a controller sent it.
+    """
     other = replace(commanded, drive=replace(commanded.drive, window=0.003))
     speed = replace(commanded, drive=replace(commanded.drive, imposed=True))
     ways = every_way([commanded, other, speed])
@@ -70,10 +73,19 @@ def test_logs_of_other_rates_are_asked_every_way_together(commanded):
     straight, holds = (LINE, LINE), (SINCE, SINCE)
     assert {(straight, straight), (holds, holds)} <= held
     assert all(first == second for first, second in held)
-    assert all(some[2] is speed.drive for some in ways)
+    assert all(some[2].held == (LINE, some[0].held[1]) for some in ways)
+    assert all(some[2].window == speed.drive.window for some in ways)
     windows = {tuple(d.window for d in some[:2]) for some in ways}
     assert (commanded.drive.window, 0.003) in windows
-    assert every_way([speed]) == []
+    alone = every_way([speed])
+    assert [some[0].held for some in alone] == [straight, (LINE, SINCE)]
+    by_hand = replace(speed, vehicle=load_vehicle("r1t"))
+    assert all(
+        some[2] is by_hand.drive for some in every_way([commanded, other, by_hand])
+    )
+    assert every_way([by_hand]) == []
+    steady = replace(speed, drive=replace(speed.drive, steered=False))
+    assert every_way([steady]) == []
 
 
 def profile(key, along, at):
