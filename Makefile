@@ -4,11 +4,11 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-# The tests themselves keep the cores busy; processes that they start find their
-# modules compiled.
+# The tests themselves keep the cores busy; processes that they start find the modules
+# compiled that were loaded before: all that is installed would take half a minute.
 PYTEST := OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 PYTHONDONTWRITEBYTECODE= $(BIN)/pytest
 
-.PHONY: demo test thorough bench clean
+.PHONY: demo test types tests thorough bench clean
 
 demo: $(STAMP)
 	$(BIN)/rccsim demo
@@ -16,8 +16,13 @@ demo: $(STAMP)
 test: $(STAMP)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	$(MAKE) --no-print-directory -j2 types tests
+
+types: $(STAMP)
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+tests: $(STAMP)
 	$(PYTEST)
 
 thorough: $(STAMP)
@@ -36,6 +41,7 @@ $(STAMP): pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	    { echo "Python >= 3.11 is needed; say which: make PYTHON=python3.12"; exit 1; }
 	$(BIN)/python -c '' 2>/dev/null || $(PYTHON) -m venv --clear $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[test]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile \
+	    --editable '.[test]'
 	$(BIN)/python -m compileall -q rcc_sim
 	@touch $@

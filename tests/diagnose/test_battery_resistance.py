@@ -151,7 +151,9 @@ def test_a_voltage_that_is_not_judged_is_told_where_no_cause_is_found():
     assert not said(doubtful.changed(settings=exact))
 
 
-@pytest.mark.parametrize(("step", "off"), [(0.05, 0.04), (0.1, 0.12)])
+@pytest.mark.parametrize(
+    ("step", "off"), [pytest.param(0.05, 0.04, marks=pytest.mark.thorough), (0.1, 0.12)]
+)
 def test_a_voltage_in_coarse_steps_tells_the_resistance_as_well(step, off):
     """It stands at a step for many rows, which then err alike."""
     car, ohm = load_vehicle("rcc"), 0.3

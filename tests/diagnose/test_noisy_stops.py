@@ -33,7 +33,7 @@ def driven(rate, car=CAR, seconds=200.0, bends_s=23.0):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.thorough)])
 def test_fifty_rows_a_second_with_noise_at_rest_are_no_gap(seed, tmp_path):
     """A limit that cuts what noise foresees, or a power over time, was told."""
     found = diagnose([logged(driven(50.0), CAR, seed, tmp_path, noise=NOISE)], CAR)

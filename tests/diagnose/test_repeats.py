@@ -85,7 +85,7 @@ def test_a_memory_is_that_of_the_noise_alone(run, tmp_path, shares):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.thorough)])
 def test_bumps_that_pass_for_noise_in_one_log_are_told_by_its_repeats(seed, tmp_path):
     """Slopes of 0.6 % that change every 0.8 m, under the same wheels each time."""
     way = np.arange(0, 120, 0.05)

@@ -122,7 +122,10 @@ def compare(seed):
     return apart, max(front, rear)
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize(
+    "seed",
+    [pytest.param(k, marks=[pytest.mark.thorough] * (k >= 10)) for k in range(20)],
+)
 def test_lateral_motion_is_that_of_commonroads_single_track_model(seed):
     apart, slip = compare(seed)
     assert math.radians(0.2) < slip < ACROSS
