@@ -115,6 +115,13 @@ def _arrow(columns: Mapping[str, Array]) -> Any:
     return pyarrow.Table.from_arrays(arrays, names=list(columns))
 
 
+def release_arrow() -> None:
+    """Give back what Arrow held: a long log's table is as large as the log."""
+    import pyarrow
+
+    pyarrow.default_memory_pool().release_unused()
+
+
 def from_arrow(column: Any) -> Array:
     """Return an Arrow column of floats as an array of its own, NaN where it has none.
 

@@ -14,7 +14,7 @@ from rcc_sim.readers.header import fields_of, header_of
 from rcc_sim.readers.log import Array, Flaw
 from rcc_sim.readers.words import BLANKS, is_number
 from rcc_sim.source import MAX_ROWS, Source
-from rcc_sim.trace import from_arrow
+from rcc_sim.trace import from_arrow, release_arrow
 
 LOOKED_AT = 200
 """Rows by which the mark of the decimals is known."""
@@ -165,15 +165,8 @@ def read_columns(
         read = read.remove_column(0)
         columns[name] = _words(values) if name in text else from_arrow(values)
         del values
-    _release()
+    release_arrow()
     return columns, flaws
-
-
-def _release() -> None:
-    """Give back what the parser held: a long log's table is as large as the log."""
-    import pyarrow
-
-    pyarrow.default_memory_pool().release_unused()
 
 
 def _arrow(table: TextTable, words: dict[str, bool], faults: Any) -> Any:

@@ -18,7 +18,7 @@ from rcc_sim.readers.column_map import ColumnMap, matching, shipped_maps
 from rcc_sim.readers.log import Array, Log, Mapped
 from rcc_sim.readers.worded import column_of, read_as_words
 from rcc_sim.source import MAX_ROWS, Source
-from rcc_sim.trace import from_arrow
+from rcc_sim.trace import from_arrow, release_arrow
 
 NAME = "parquet"
 SUMMARY = "Parquet, in rccsim's own columns or by a column map"
@@ -64,15 +64,14 @@ def _opened(source: Source) -> Iterator[Any]:
     import pyarrow
     from pyarrow import parquet
 
-    try:
-        with (
-            source.unpacked_path(".parquet") as path,
-            parquet.ParquetFile(path) as file,
-        ):
-            yield file
-    except (pyarrow.ArrowException, OSError) as error:
-        reason = str(error).partition("\n")[0]
-        raise InputError(f"{source.name}: a broken Parquet file: {reason}") from None
+    with source.unpacked_path(".parquet") as path:
+        try:
+            with parquet.ParquetFile(path) as file:
+                yield file
+        except (pyarrow.ArrowException, OSError) as error:
+            reason = str(error).partition("\n")[0]
+            where = f"{source.name}: a broken Parquet file"
+            raise InputError(f"{where}: {reason}") from None
 
 
 def _read(source: Source, file: Any, asked: ColumnMap | None) -> Log:
@@ -88,6 +87,7 @@ def _read(source: Source, file: Any, asked: ColumnMap | None) -> Log:
         report.dropped += [n for n in names if n not in numeric]
         report.mapped += [Mapped(n, n) for n in numeric]
         ours = {n: _numbers(source, file, n) for n in numeric}
+        release_arrow()
         return finished(source.name, ours, NAME, report)
     by = asked or matching(shipped_maps(), names)
     if by is None:
@@ -116,7 +116,7 @@ def _columns(
         stamps = pyarrow.types.is_timestamp(file.schema_arrow.field(name).type)
         words = name in text and not stamps
         found[name] = (_words if words else _numbers)(source, file, name)
-    pyarrow.default_memory_pool().release_unused()
+    release_arrow()
     return found
 
 

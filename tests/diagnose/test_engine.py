@@ -1,7 +1,6 @@
 """What the fit does with figures that do not act smoothly."""
 
 from concurrent.futures import ThreadPoolExecutor
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,7 +10,7 @@ from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.descent import bounded_step
 from rcc_sim.diagnose.fitting.engine import Engine
-from rcc_sim.diagnose.fitting.knobs import Knob
+from rcc_sim.diagnose.fitting.knobs import Knob, acts_of
 from rcc_sim.diagnose.noise.whitener import (
     CURVATURE,
     FREEDOM,
@@ -123,8 +122,8 @@ THRESHOLD = "effects.speed_dead_zone.threshold_radps"
     ],
 )
 def test_half_a_log_moves_no_threshold_that_the_file_states(key, sd, still):
-    car = SimpleNamespace(vehicle=load_vehicle("rcc"))
-    assert is_step(car, Knob(key, 1.0, sd)) == still
+    acts = acts_of(load_vehicle("rcc"), key)
+    assert is_step(Knob(key, 1.0, sd, acts=acts)) == still
 
 
 def test_half_a_log_moves_all_others_beside_it(monkeypatch):
@@ -134,7 +133,7 @@ def test_half_a_log_moves_all_others_beside_it(monkeypatch):
     half = [np.arange(400) % 2 == 0]
     fit = descent.fit(engine, {"x": 1.0, "y": 0.0}, knobs)
     both = refitted(engine, fit, half)
-    monkeypatch.setattr(folds, "is_step", lambda engine, knob: knob.key == "y")
+    monkeypatch.setattr(folds, "is_step", lambda knob: knob.key == "y")
     one = refitted(engine, fit, half)
     assert one.values["y"] == fit.values["y"] != both.values["y"]
     assert one.values["x"] != fit.values["x"] and one.knobs == fit.knobs

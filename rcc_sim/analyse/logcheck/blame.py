@@ -49,11 +49,11 @@ def blame(
     against = _against_the_file(found, best, own)
     if against:
         best = own
-    factors = _factors(best)
+    factors, most = _factors(best), cost(best) + NEAR
     findings = []
     for mistake in best:
         others = tuple(m for m in best if m is not mistake)
-        findings += _told(mistake, others, cost, known, cost(best) + NEAR)
+        findings += _told(mistake, others, cost, known, most)
     broken = [r for r in found if not r.allows(_expected(r, factors))]
     if against:
         findings.append(_other_vehicle(against))
@@ -128,7 +128,7 @@ def _likeliest(cost: Costs, known: Sequence[Mistake]) -> tuple[Mistake, ...]:
     """Return the set of mistakes that costs least, the likeliest ``KEPT`` followed."""
     if all(r.allows(1.0) for r in cost.found):
         return ()
-    channels = [{m.channel, *m.also} for m in known]
+    channels = [set(m.factors) for m in known]
     apart = [{k for k, c in enumerate(channels) if not c & own} for own in channels]
     every = set(range(len(known)))
     kept: list[tuple[int, ...]] = [()]

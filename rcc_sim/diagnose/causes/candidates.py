@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
-
-import numpy as np
 
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.causes.sought import Search, of_battery, search_of
@@ -14,6 +12,7 @@ from rcc_sim.diagnose.residuals.shapes import is_shaped
 from rcc_sim.diagnose.residuals.sizes import tells_slip
 from rcc_sim.errors import InputError
 from rcc_sim.physics.effect import Effect, Param, meant
+from rcc_sim.simulate.drive import whole
 
 
 @dataclass(frozen=True)
@@ -132,24 +131,17 @@ def is_whole(vehicle: Vehicle, effect: Effect) -> bool:
 def shows_in(problem: Problem, drives: Collection[str]) -> bool:
     """Tell whether a drive is all that it must be for a figure to show in it."""
     vehicle, drive = problem.vehicle, problem.drive
-    found = {
-        "commanded": not drive.imposed,
-        "imposed": drive.imposed,
-        "speed_loop": vehicle.mode == "speed",
-        "throttle": vehicle.mode == "throttle",
-        "steered": drive.steered,
-        "turning": not drive.turns_as_measured,
-        "unsurveyed": not problem.surveyed,
-        "metered": is_metered(problem),
+    asked: dict[str, Callable[[], bool]] = {  # the last two go through a whole column
+        "commanded": lambda: not drive.imposed,
+        "imposed": lambda: drive.imposed,
+        "speed_loop": lambda: vehicle.mode == "speed",
+        "throttle": lambda: vehicle.mode == "throttle",
+        "steered": lambda: drive.steered,
+        "turning": lambda: not drive.turns_as_measured,
+        "unsurveyed": lambda: not problem.surveyed,
+        "metered": lambda: bool(whole(problem.log, "aux_power_w").any()),
     }
-    return all(found[what] for what in drives)
-
-
-def is_metered(problem: Problem) -> bool:
-    """Tell whether a log has an auxiliary power that is not nil throughout."""
-    if "aux_power_w" not in problem.log:
-        return False
-    return bool(np.nan_to_num(problem.log["aux_power_w"]).any())
+    return all(asked[what]() for what in drives)
 
 
 def has_needs(vehicle: Vehicle, effect: Effect) -> bool:

@@ -62,15 +62,13 @@ def refitted(engine: Engine, fit: Fit, rows: list[Mask]) -> Fit:
     that a hair moves takes a whole launch with it.
     """
     part = restricted(fit.noise, engine, rows)
-    still = [is_step(engine, knob) for knob in fit.knobs]
-    free = fit.holding(
-        *(k.key for k, is_held in zip(fit.knobs, still, strict=True) if is_held)
-    )
+    moves = np.array([not is_step(knob) for knob in fit.knobs], dtype=bool)
+    free = fit.holding(*(knob.key for knob in fit.knobs if is_step(knob)))
     along = engine.whitened(free.signals, fit.noise)
     asked, _ = descent.newton_step(engine, free, along.white, part)
     far = FARTHEST * free.sds()
     step = np.zeros(len(fit.knobs))
-    step[~np.array(still, dtype=bool)] = np.clip(asked, -far, far)
+    step[moves] = np.clip(asked, -far, far)
     for share in SHORTER:
         moved = descent.stepped(engine, fit, share * step)
         if moved is not None:
@@ -78,12 +76,9 @@ def refitted(engine: Engine, fit: Fit, rows: list[Mask]) -> Fit:
     return fit
 
 
-def is_step(engine: Engine, knob: Knob) -> bool:
+def is_step(knob: Knob) -> bool:
     """Tell whether a figure that the file states acts in steps, as a threshold does."""
-    if not knob.key.startswith("effects.") or knob.sd == inf:
-        return False
-    _, effect, name = knob.key.split(".")
-    return engine.vehicle.known[effect].param(name).acts == "steps"
+    return knob.is_stepped and knob.sd < inf
 
 
 def halves(engine: Engine, fit: Fit) -> list[tuple[Fit, list[Mask]]]:

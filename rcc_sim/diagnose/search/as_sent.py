@@ -140,14 +140,14 @@ def freed(fit: Fit) -> set[str]:
 
 def holds_more(way: Engine, begun: Engine, commands: Collection[int]) -> bool:
     """Tell whether logs are driven as others, but that some commands hold there."""
-    pairs = zip(way.problems, begun.problems, strict=True)
-    drives = [(p.drive, q.drive) for p, q in pairs]
-    ends = [
-        (tuple(SINCE if i in commands else h for i, h in enumerate(d.held)), d.window)
-        for _, d in drives
-    ]
-    now = [(d.held, d.window) for d, _ in drives]
-    return now == ends and now != [(d.held, d.window) for _, d in drives]
+
+    def held(drive: Drive) -> tuple[int, ...]:
+        return tuple(SINCE if i in commands else h for i, h in enumerate(drive.held))
+
+    return not are_driven_as(way, begun) and all(
+        (p.drive.held, p.drive.window) == (held(q.drive), q.drive.window)
+        for p, q in zip(way.problems, begun.problems, strict=True)
+    )
 
 
 def likeliest(

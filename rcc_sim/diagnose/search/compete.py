@@ -98,7 +98,7 @@ def compete(
         if not taken:
             break
         if taken == CONSTANT and asked:
-            if way := asked(now.engine, now.fit, null or look.fit):
+            if way := asked(now.engine, now.fit, null):
                 return compete(way(base), candidates, told, asked=asked)
             asked = None
     if late:
