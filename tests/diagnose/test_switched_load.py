@@ -182,12 +182,25 @@ def test_pulses_are_found_once_what_they_hide_in_is_known_without_them():
     heater = np.where(np.arange(990) % 40 < 12, 4000.0, 0.0)
     value = heater + rng.normal(0, 300, len(heater))
     told = np.full(len(value), 1 / value.var())
-    assert len(segments(value, told, 2, 10.0)) < 20  # each change gains too little
-    times = sharpened(value, told, segments(value, told, 2, FIRST))
+    assert (
+        len(segments(value, told, 2, 10.0).slope) < 19
+    )  # each change gains too little
+    times = sharpened(value, told, segments(value, told, 2, FIRST).edges)
     assert times == pytest.approx(value.var() / 300**2, rel=0.2)
-    found = segments(value, told * times, 2, 10.0)
+    found = segments(value, told * times, 2, 10.0).edges
     true = np.flatnonzero(np.diff(heater)) + 1
     np.testing.assert_array_equal(found[1:-1], true)
+
+
+def test_a_heater_that_cools_each_time_it_was_on_is_followed(tmp_path):
+    # by levels alone it would come out in stairs, at a correlation of 0.977
+    def heater(t):
+        return np.where(t % 150 < 90, 4000 * np.exp(-(t % 150) / 40), 0.0)
+
+    found = diagnose([driven(tmp_path, heater, torque=True)], CAR)
+    one, alike, true = judged(found, heater)
+    assert alike > 0.99
+    assert one.figures["power_w"].value == pytest.approx(true, rel=0.03)
 
 
 def test_a_heater_that_swings_twice_a_minute_is_followed(tmp_path):

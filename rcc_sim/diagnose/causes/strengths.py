@@ -22,6 +22,7 @@ from scipy.sparse import csc_array
 from rcc_sim.diagnose.noise.strips import Strips
 
 Array = NDArray[np.float64]
+Places = NDArray[np.intp]
 Windows: TypeAlias = csc_array
 """Windows (n, k), a column each: most of their rows are nil."""
 
@@ -82,19 +83,17 @@ class Weighed:
     mean_sd: float
 
 
-def windows(x: Array, knots: Array) -> Windows:
-    """Piecewise linear windows (n, k) around knots, that sum to 1."""
+def windows(x: Array, knots: Array, which: Places | None = None) -> Windows:
+    """Piecewise linear windows (n, k) around knots, that sum to 1.
+
+    Knots of the same number in ``which``, 0 to k - 1, have one window together.
+    """
+    which = np.arange(len(knots)) if which is None else which
     i = np.clip(np.searchsorted(knots, x, side="right") - 1, 0, len(knots) - 2)
     part = np.clip((x - knots[i]) / (knots[i + 1] - knots[i]), 0.0, 1.0)
-    share, which = np.concatenate([1 - part, part]), np.concatenate([i, i + 1])
-    rows = np.tile(np.arange(len(x)), 2)
-    return csc_array((share, (rows, which)), shape=(len(x), len(knots)))
-
-
-def numbered(which: NDArray[np.intp]) -> Windows:
-    """Windows (n, k) that are 1 in the rows of their own number alone, 0 to k - 1."""
-    at = np.arange(len(which)), which
-    return csc_array((np.ones(len(which)), at), shape=(len(which), int(which[-1]) + 1))
+    share = np.concatenate([1 - part, part])
+    at = np.tile(np.arange(len(x)), 2), which[np.concatenate([i, i + 1])]
+    return csc_array((share, at), shape=(len(x), which[-1] + 1))
 
 
 def freed(

@@ -235,7 +235,12 @@ class Probe:
     def _all_forgetful(self) -> dict[int, Whitener]:
         """Noise of each track that remembers nothing."""
         return {
-            i: fit_whitener(self.fit.residuals[i], self.fit.noise[i].valid, [], [])
+            i: fit_whitener(
+                self.fit.residuals[i],
+                self.fit.noise[i].valid,
+                self.engine.grows_with[i],
+                [],
+            )
             for i in self.tracks
         }
 

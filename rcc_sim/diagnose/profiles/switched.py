@@ -18,16 +18,10 @@ from numpy.typing import NDArray
 
 from rcc_sim.diagnose.causes.cause import ENOUGH, PROFILES, Cause
 from rcc_sim.diagnose.causes.profile import Profile
-from rcc_sim.diagnose.causes.strengths import (
-    Weighed,
-    Windows,
-    numbered,
-    smooth,
-    windows,
-)
+from rcc_sim.diagnose.causes.strengths import Windows, smooth, windows
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
-from rcc_sim.diagnose.profiles.partition import segments
+from rcc_sim.diagnose.profiles.partition import Levels, segments
 from rcc_sim.diagnose.profiles.probe import Probe
 from rcc_sim.diagnose.profiles.remainder import carrier_of
 from rcc_sim.diagnose.residuals.problem import Problem
@@ -48,6 +42,13 @@ one that does, is found by trying."""
 
 FIRST = 3.0
 """Nats that a change must gain by the noise that the load is still in."""
+
+TILT = 0.5
+"""What the slope of a level must gain, in times what the level itself must: one figure
+more, where that is two."""
+
+LOG_2 = 0.693
+"""Nats that it costs to say of one level whether it slopes."""
 
 NORMAL = 0.455
 """Median of the square of a standard normal variable."""
@@ -140,29 +141,48 @@ def flat(key: str, along: str, problem: Problem) -> Profile:
 
 
 def courses_of(probe: Probe, log: int, x: Array, hidden: bool) -> list[Course]:
-    """Return how a load may have gone over x, by levels and by a few knots."""
+    """Return how a load may have gone over x, by levels and by a few knots.
+
+    Where levels are likeliest, some of them may slope, if that gains as much as a cause
+    must: a heater that is switched on and cools, by and by, to what it holds.
+    """
     probe.without(log)  # which is what each is held against
     ways = stepped(probe, log, x, hidden)
     ways += [partial(slow, probe, log, x, n) for n in SLOW]
-    return probe.engine.each(lambda way: way(), ways)
+    tried = probe.engine.each(lambda way: way(), ways)
+    best = max(tried, key=lambda course: course.profile.evidence)
+    if best.cost and best.profile.evidence > ENOUGH:
+        more = stepped(probe, log, x, hidden, TILT)
+        sloping = probe.engine.each(lambda way: way(), more)
+        least = best.profile.evidence + ENOUGH
+        tried += [course for course in sloping if course.profile.evidence > least]
+    return tried
+
+
+def slow(probe: Probe, log: int, x: Array, count: int) -> Course:
+    """Return a course of a few knots that changes little from one to the next."""
+    knots = np.linspace(x[0], x[-1], count)
+    return course_of(probe, log, x, knots, np.arange(count), smooth(count))
 
 
 def course_of(
     probe: Probe,
-    found: Weighed,
+    log: int,
+    x: Array,
     knots: Array,
-    H: Windows,
+    which: NDArray[np.intp],
     shape: Array,
-    cost: float = 0,
+    cost: float = 0.0,
 ) -> Course:
-    """Return strengths found beside the noise as a course, one or more knots each."""
-    each = len(knots) // len(found.value)
+    """Return a course over x, of whose strengths each knot has the one in ``which``."""
+    H = windows(x, knots, which)
+    found = probe.beside_noise(log, H, shape)
     profile = Profile(
         probe.key,
         "time_s",
         knots,
-        found.value.repeat(each),
-        found.sd.repeat(each),
+        found.value[which],
+        found.sd[which],
         found.evidence - cost,
         mean_sd=found.mean_sd,
         weighed=True,
@@ -170,19 +190,13 @@ def course_of(
     return Course(profile, H, shape, cost)
 
 
-def slow(probe: Probe, log: int, x: Array, count: int) -> Course:
-    """Return a course of a few knots that changes little from one to the next."""
-    knots = np.linspace(x[0], x[-1], count)
-    H, shape = windows(x, knots), smooth(count)
-    return course_of(probe, probe.beside_noise(log, H, shape), knots, H, shape)
-
-
 def stepped(
-    probe: Probe, log: int, x: Array, hidden: bool
+    probe: Probe, log: int, x: Array, hidden: bool, tilt: float | None = None
 ) -> list[Callable[[], Course]]:
     """Return what makes the likeliest levels over x for each of the ``PENALTIES``.
 
-    Those of a ``hidden`` load also by the noise that a first search leaves.
+    Those of a ``hidden`` load also by the noise that a first search leaves. Where a
+    level may slope, that costs ``tilt`` of its penalty.
     """
     each, by_row = probe.per_row(log)
     count = min(len(x), BLOCKS)
@@ -194,32 +208,33 @@ def stepped(
     weights = [told]
     if hidden:
         first = segments(value, told, least, FIRST)
-        weights.append(told * sharpened(value, told, first))
-    for edges in dict.fromkeys(
-        segments(value, weight, least, nats) for weight in weights for nats in PENALTIES
+        weights.append(told * sharpened(value, told, first.edges))
+    for way in dict.fromkeys(
+        segments(value, weight, least, nats, tilt and tilt * nats)
+        for weight in weights
+        for nats in PENALTIES
     ):
-        k = len(edges) - 1
-        if not 2 <= k <= MOST:
-            continue
-        which = np.searchsorted(edges[1:-1], block, side="right")
-        cost = lgamma(count) - lgamma(k) - lgamma(count - k + 1)
-        found.append(partial(levels, probe, log, x, which, cost))
+        k = len(way.slope)
+        if 2 <= k <= MOST and (tilt is None or any(way.slope)):
+            ways = lgamma(count) - lgamma(k) - lgamma(count - k + 1)
+            cost = ways if tilt is None else ways + k * LOG_2
+            found.append(partial(levels, probe, log, x, block, way, cost))
     return found
 
 
 def levels(
-    probe: Probe, log: int, x: Array, which: NDArray[np.intp], cost: float
+    probe: Probe, log: int, x: Array, block: NDArray[np.intp], way: Levels, cost: float
 ) -> Course:
-    """Return a course of levels, one for all rows of the same number in ``which``.
+    """Return a course of levels over the rows of some blocks.
 
-    They cost the log of how many ways there are to choose the moments of change.
+    They cost the log of how many ways there are to choose them. Each end of a level
+    that slopes is as free as a level.
     """
-    H = numbered(which)
-    shape = np.eye(H.shape[1])
-    last = np.flatnonzero(np.diff(which))
-    ends = np.concatenate([[0], np.stack([last, last + 1], 1).ravel(), [-1]])
-    found = probe.beside_noise(log, H, shape)
-    return course_of(probe, found, x[ends], H, shape, cost)
+    edges = np.searchsorted(block, way.edges)
+    knots = x[np.stack([edges[:-1], edges[1:] - 1], axis=1).ravel()]
+    new = np.stack([np.ones(len(way.slope)), way.slope], axis=1).ravel()
+    which = np.cumsum(new).astype(np.intp) - 1
+    return course_of(probe, log, x, knots, which, np.eye(which[-1] + 1), cost)
 
 
 def sharpened(value: Array, told: Array, edges: tuple[int, ...]) -> float:

@@ -27,14 +27,6 @@ TICK, FINER = 0.001, 9
 CLOSER = 1.25, 1.12, 1.06, 1.03
 """Factors by which a threshold is found finer, one after the other."""
 
-NOTHING = 1.0
-"""Nats that a strength of a grid, though enough of it would show, does not promise at
-any size, where stronger ones, whose signals are like it, are not tried."""
-
-TWICE = 2
-"""Such strengths in a row beyond which no other is tried: a reading that holds for some
-rows looks like nothing that is late by a part of them."""
-
 ANOTHER = 5.0
 """Nats that one more figure of an effect must gain to join the others."""
 
@@ -214,32 +206,15 @@ class Screen:
         """Best of a grid: for thresholds, limits and clocks, which have no slope."""
         if search.stepped:
             return self.threshold(search, held)
-        best = self.best_outward(search, held)
+        best = (0.0, 0.0)
+        for x in map(float, search.grid):
+            d = self.signal({**held, search.key: x})
+            best = max(best, (self.gain(d), x))
+            if not (held or search.clocked):
+                self.note(Promise(self.promise(d), search.key, x))
         if search.clocked and best[0] > 0:
             near = best[1] + TICK * np.arange(-FINER, FINER + 1)
             best = max(best, self.best_of(search.key, near[near > 0], held))
-        return best
-
-    def best_outward(
-        self, search: Search, held: dict[str, float]
-    ) -> tuple[float, float]:
-        """Best of a grid, from the weakest to each side on as far as that leads."""
-        if held:
-            return self.best_of(search.key, search.grid, held)
-        grid = np.sort(search.grid)
-        best = (0.0, 0.0)
-        for side in (grid[grid < search.neutral][::-1], grid[grid >= search.neutral]):
-            empty = 0
-            for x in map(float, side):
-                d = self.signal({search.key: x})
-                best = max(best, (self.gain(d), x))
-                promise = self.promise(d)
-                if not search.clocked:
-                    self.note(Promise(promise, search.key, x))
-                shows = 0.5 * float(d @ d) > ENOUGH
-                empty = empty + 1 if shows and promise < NOTHING else 0
-                if empty == TWICE and self.base.prior > STRAINED:
-                    break
         return best
 
     def threshold(self, search: Search, held: dict[str, float]) -> tuple[float, float]:
