@@ -18,7 +18,7 @@ def asked(monkeypatch, rest, one=DRAG, scored=480.0):
     fits = SimpleNamespace(values={}, knobs=(), noise=None, score=scored)
     engine = SimpleNamespace(judged=lambda fit, noise: fit)
     hill = Cause("road_grade", (), rest) if rest else None
-    monkeypatch.setattr(taken.descent, "fit", lambda *args: fits)
+    monkeypatch.setattr(taken, "fitted", lambda *args: fits)
     monkeypatch.setattr(taken, "profile_cause", lambda *args: (hill, set()))
     before = SimpleNamespace(noise=None, score=0.0)
     best = SimpleNamespace(fit=fits)

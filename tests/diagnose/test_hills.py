@@ -1,4 +1,9 @@
-"""Short hills are told from a rough road, in windows no shorter than they need be."""
+"""Short hills are told from a rough road, in windows no shorter than they need be.
+
+And give back what a cause that is found later makes of their force.
+"""
+
+from math import inf
 
 import numpy as np
 import pytest
@@ -6,22 +11,41 @@ import pytest
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
-from rcc_sim.diagnose.fitting.knobs import nuisance_knobs
-from rcc_sim.diagnose.profiles.varying import FINER, SHORTEST, finer, profile_cause
+from rcc_sim.diagnose.fitting.knobs import Knob, nuisance_knobs
+from rcc_sim.diagnose.profiles.varying import (
+    FINER,
+    SHORTEST,
+    anew,
+    finer,
+    nats_of_another,
+    profile_cause,
+    with_profile,
+)
 from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.trace import Trace
 
 SIZES = {"battery_power_w": 300.0, "accel_x_mps2": 0.05, "motor_torque_nm": 2.0}
 
 
-def drive(seconds, slope_of):
-    """A drive at 10 Hz, noisy, on a road whose slope only the drive knew."""
+def hills(s, rng):
+    """A slope over distance that no few windows resolve."""
+    phase = rng.uniform(0, 6, 3)[:, None]
+    waves = np.sin(s / np.array([[93.0], [129.0], [171.0]]) + phase)
+    return 0.012 * waves.sum(axis=0)
+
+
+def drive(seconds, slope_of, **effects):
+    """A drive at 10 Hz, noisy, on a road whose slope only the drive knew.
+
+    And by a car with effects of which only the drive knew.
+    """
     rng = np.random.default_rng(12)
     t = np.arange(0.0, seconds, 0.1)
     v = 15 + 6 * np.sin(t / 17) + 3 * np.sin(t / 5.3)
     car = load_vehicle("tesla_model_3")
     flat = problem_of(Trace({"time_s": t, "speed_mps": v}), car)
-    seen = flat.on_road(flat.distance, slope_of(flat.distance, rng)).run(car)
+    road = flat.on_road(flat.distance, slope_of(flat.distance, rng))
+    seen = road.run(car.changed(effects=effects))
     noisy = {c: seen[c] + size * rng.normal(size=len(t)) for c, size in SIZES.items()}
     return problem_of(Trace({"time_s": t, "speed_mps": v} | noisy), car)
 
@@ -34,11 +58,6 @@ def cause_of(problem):
 
 @pytest.mark.slow
 def test_hills_that_hang_together_in_many_windows_alone_are_found():
-    def hills(s, rng):
-        phase = rng.uniform(0, 6, 3)[:, None]
-        waves = np.sin(s / np.array([[93.0], [129.0], [171.0]]) + phase)
-        return 0.012 * waves.sum(axis=0)
-
     problem = drive(600.0, hills)
     cause = cause_of(problem)
     assert cause is not None
@@ -61,3 +80,42 @@ def test_no_window_is_shorter_than_a_moment_and_no_table_larger_than_memory():
     assert finer(short) == []
     long = drive(400.0, lambda s, rng: 0 * s)
     assert finer(long) == [n for n in FINER if n * SHORTEST < 400.0] == [120, 240]
+
+
+LOSS, LESS = "effects.gear_loss.efficiency", 0.93
+
+
+@pytest.fixture(scope="module")
+def over_hills():
+    """Logs, a fit and the hill in it, of a car whose gears lose more than is known."""
+    engine = Engine([drive(600.0, hills, gear_loss={"efficiency": LESS})])
+    fit = descent.fit(engine, {}, nuisance_knobs(engine.problems))
+    hill, _ = profile_cause(engine, fit, {"road_grade"})
+    return with_profile(engine, fit, hill)
+
+
+def beside(engine, fit, key, start, low, high, step):
+    """The fit with one figure more."""
+    knob = Knob(key, engine.stated(key), inf, low, high, step)
+    return descent.fit(engine, fit.values | {key: start}, [*fit.knobs, knob])
+
+
+def test_a_hill_gives_back_what_it_held_of_a_loss_that_is_found_later(over_hills):
+    engine, fit, hill = over_hills
+    fit = beside(engine, fit, LOSS, 0.95, 0.0, 1.0, 1e-3)
+    assert fit.values[LOSS] - LESS > 5 * fit.sd(LOSS)  # climbs are charged with it
+    _, found, _ = anew(engine, fit, hill)
+    assert found.score > fit.score + 18
+    assert found.values[LOSS] == pytest.approx(LESS, abs=2 * found.sd(LOSS))
+    assert found.sd(LOSS) < 0.002
+
+
+def test_what_acts_gains_more_where_the_hill_gives_way_and_what_does_not_nothing(
+    over_hills,
+):
+    engine, fit, hill = over_hills
+    alone = nats_of_another(engine, fit, hill)
+    fixed = beside(engine, fit, LOSS, 0.95, 0.0, 1.0, 1e-3)
+    assert nats_of_another(engine, fixed, hill) - alone > 18
+    heavier = beside(engine, fit, "effects.payload.mass_kg", 50.0, 0.0, 500.0, 5.0)
+    assert nats_of_another(engine, heavier, hill) - alone == pytest.approx(0, abs=3)

@@ -36,6 +36,7 @@ from rcc_sim.diagnose.fitting.engine import MEMORY, Engine
 from rcc_sim.diagnose.fitting.fit import FIRM, Fit, of_unit_diagonal
 from rcc_sim.diagnose.fitting.without import without
 from rcc_sim.diagnose.noise.whitener import CURVATURE, weights
+from rcc_sim.diagnose.search.give_way import gives_way, nats_of_courses
 from rcc_sim.diagnose.search.pursue import with_effect
 from rcc_sim.diagnose.search.refine import LESS_LIKELY
 from rcc_sim.diagnose.search.screen import Screen, Screened
@@ -55,6 +56,9 @@ ELSEWHERE = 0.2
 """Overlap of what two effects change, channel by channel, below which the one does not
 do what the other does. A steering that is late by half a row and a payload had 0.06; an
 offset of an accelerometer and a slope, of a car whose loop feels it, 0.45."""
+
+NEAREST = 3
+"""Effects in a cause's place that are tried beside courses of their own."""
 
 CHANGES = 3
 """Times that a cause may give way."""
@@ -195,10 +199,30 @@ def in_place(
         replace(r, behind=r.behind + price - paid)
         for r, price in zip(rivals, prices, strict=True)
     ]
+    if any(map(gives_way, causes)):
+        found = beside_their_courses(engine, fit, causes, found)
     if found:
         own = shares_of(engine, fit, cause.keys, fit.noise)
         found = [r for r in found if r.behind < -TIED or not elsewhere(engine, r, own)]
     return sorted(found, key=lambda r: r.behind)
+
+
+def beside_their_courses(
+    engine: Engine, fit: Fit, causes: Sequence[Cause], rivals: Sequence[Rival]
+) -> list[Rival]:
+    """Return rivals, the nearest that do not tie beside courses of their own.
+
+    A hill was found beside the cause in whose place they stand, and suits it.
+    """
+    tied = [r for r in rivals if r.is_tied]
+    clear = [r for r in rivals if not r.is_tied]
+    own = nats_of_courses(engine, fit, causes) if clear else 0.0
+
+    def one(r: Rival) -> Rival:
+        more = nats_of_courses(engine, r.fit, causes) - own
+        return replace(r, behind=min(r.behind, max(r.behind - more, 0.0)))
+
+    return [*tied, *engine.each(one, clear[:NEAREST]), *clear[NEAREST:]]
 
 
 def elsewhere(engine: Engine, rival: Rival, shares: Array) -> bool:

@@ -218,6 +218,53 @@ def with_profile(engine: Engine, fit: Fit, cause: Cause) -> tuple[Engine, Fit, C
     return engine, fit, replace(cause, profiles=profiles)
 
 
+def anew(engine: Engine, fit: Fit, cause: Cause) -> tuple[Engine, Fit, Cause] | None:
+    """Return a cause that varies with its course found anew, if that gains enough.
+
+    It was found while what has been taken in since was missing: a hill is climbed by
+    force, and holds a part of what the motor loses with it. Now that gives way, too.
+    """
+    found = {}
+    probe = Probe(engine, fit, cause.keys[0]).as_if_none(cause.profiles)
+    for i, p in cause.profiles.items():
+        problem = engine.problems[i]
+        x, counts = problem.coordinate(p.along), every_count(problem)
+        tried = [probe.profile(i, p.along, x, n) for n in counts]
+        likeliest = max(tried, key=lambda p: p.evidence)
+        found[i] = probe.sharper(likeliest, i, x, counts)
+    start, now, more = instead(engine, fit, cause, found)
+    if more.score - fit.score < ENOUGH:
+        return None
+    if cause.effect == LOAD:
+        now, more, found = levelled(start, more, cause.keys[0], found)
+        whole = replace(cause, profiles=found, cut={}, cut_nats=0.0)
+        return cut(start, now, more, whole)
+    return now, more, replace(cause, profiles=found)
+
+
+def nats_of_another(engine: Engine, fit: Fit, cause: Cause) -> float:
+    """Return by how much logs are likelier with a course found anew.
+
+    To be held against the same of another fit: in as many windows, for more of them
+    would be likelier whatever acts.
+    """
+    found = {}
+    probe = Probe(engine, fit, cause.keys[0]).as_if_none(cause.profiles)
+    for i, p in cause.profiles.items():
+        x, n = engine.problems[i].coordinate(p.along), len(p.knots)
+        found[i] = probe.sharper(probe.profile(i, p.along, x, n), i, x, (n,))
+    return instead(engine, fit, cause, found)[2].score - fit.score
+
+
+def instead(
+    engine: Engine, fit: Fit, cause: Cause, found: Mapping[int, Profile]
+) -> tuple[Engine, Engine, Fit]:
+    """Return logs without a course, those with another in its place, and their fit."""
+    start = with_acting(engine, {i: p.reversed for i, p in cause.profiles.items()})
+    now = with_acting(start, found)
+    return start, now, descent.fit(now, fit.values, fit.knobs)
+
+
 def levelled(
     engine: Engine, fit: Fit, key: str, profiles: Mapping[int, Profile]
 ) -> tuple[Engine, Fit, dict[int, Profile]]:

@@ -18,7 +18,6 @@ from rcc_sim.diagnose.causes.cause import (
 )
 from rcc_sim.diagnose.causes.profile import overlap
 from rcc_sim.diagnose.causes.sums import with_all_figures
-from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.fitting.knobs import BIAS
@@ -31,6 +30,7 @@ from rcc_sim.diagnose.profiles.varying import (
     with_profile,
 )
 from rcc_sim.diagnose.search.couples import coupled
+from rcc_sim.diagnose.search.give_way import beside_courses, fitted, give_way
 from rcc_sim.diagnose.search.look import Look, looked
 from rcc_sim.diagnose.search.refine import Refined
 from rcc_sim.diagnose.search.winner import cause_of, near_to
@@ -135,6 +135,7 @@ class Taken:
 
         Return which; nothing if nothing gains enough.
         """
+        look = beside_courses(self.engine, look, self.causes)
         best, one = look.best, look.one
         self.kept_out = None
         if best and one:
@@ -152,7 +153,7 @@ class Taken:
         if best and one:
             self.causes = taken_in(self.causes, near_to(one, look.gains, look.known))
             self.fit = with_one or fitted(self.engine, best)
-            self.take_in_figures()
+            self.settle()
             return CONSTANT
         self.told(f"two causes at once, {len(self.causes) + 1}")
         both = coupled(self.engine, self.fit, look.known)
@@ -163,7 +164,7 @@ class Taken:
         for c in two:
             self.rank(c.effect, c.gain)
             self.causes = taken_in(self.causes, near_to(c, look.gains, look.known))
-        self.take_in_figures()
+        self.settle()
         return TWO
 
     def varying(self, look: Look) -> Cause | None:
@@ -199,10 +200,13 @@ class Taken:
             self.outdone.add(varying.effect)
         return look.best is None
 
-    def take_in_figures(self) -> None:
-        """Let all figures of a cause be off where several may."""
+    def settle(self) -> None:
+        """Let all figures of a cause be off where several may, and courses give way."""
         self.causes, self.fit = with_all_figures(
             self.engine, self.fit, self.causes, self.candidates
+        )
+        self.engine, self.fit, self.causes = give_way(
+            self.engine, self.fit, self.causes
         )
 
 
@@ -273,11 +277,6 @@ def is_clear(
         return varying.gain > needed
     rival = held.get(one.effect, one.gain) * overlap(one.shares, varying.shares)
     return varying.gain > rival + enough / 2
-
-
-def fitted(engine: Engine, best: Refined) -> Fit:
-    """Return the fit with a candidate, from where it was refined."""
-    return descent.fit(engine, best.fit.values, best.fit.knobs, best.fit.noise)
 
 
 def before_profile(
