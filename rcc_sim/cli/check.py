@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,10 +11,31 @@ import typer
 
 from rcc_sim.cli.batches import Dask, Jobs
 from rcc_sim.cli.complete import vehicle_names
-from rcc_sim.cli.fleets import Asked, By, Each, List, one_log, run_fleet
+from rcc_sim.cli.fleets import (
+    Asked,
+    By,
+    Each,
+    List,
+    one_log,
+    refuse_single,
+    run_fleet,
+)
 from rcc_sim.cli.logs import Map, Reader
-from rcc_sim.cli.output import Csv, Json, Output, emit, say, say_error
+from rcc_sim.cli.output import (
+    Csv,
+    Json,
+    Output,
+    Text,
+    emit,
+    one_format,
+    printable,
+    readable,
+    say,
+    say_error,
+)
 from rcc_sim.cli.overrides import vehicle_of
+from rcc_sim.cli.table import print_table
+from rcc_sim.files import atomic
 
 if TYPE_CHECKING:
     from rcc_sim.analyse.logcheck import Checked
@@ -61,6 +83,7 @@ def check(
         typer.Option(help="Write a fleet as one HTML page.", metavar="F"),
     ] = None,
     output: Output = None,
+    text: Text = False,
     csv: Csv = False,
     json: Json = False,
 ) -> None:
@@ -70,7 +93,6 @@ def check(
     (info) is good to know; after a warning some rows are left out; a channel with an
     error would be wrong to use. Nothing is silently repaired.
     """
-    from rcc_sim.analyse.logcheck import report
     from rcc_sim.errors import InputError
 
     asked = Asked(
@@ -78,25 +100,41 @@ def check(
         output, csv, json,
     )  # fmt: skip
     if asked.is_fleet:
+        refuse_single({"--text": text})
         options = {"vehicle": vehicle, "reader": reader, "map": map_}
         _fleet(asked, options, strict=strict)
         return
     one_log(asked)
+    one_format(json=json, csv=csv, text=text)
     if html is not None:
         raise InputError("--html: belongs to a fleet", "add --each")
     checks, broken = _checked(logs or [], vehicle, reader, map_)
-    for checked in checks:
-        say(report.verdict(checked))
-    read = sys.stdout.isatty() and not (json or csv or output)
-    rows = report.shown(checks) if read else report.rows(checks)
     if checks:
-        emit(report.document(checks), rows, json=json, csv=csv, output=output)
+        _deliver(checks, output, text=text, csv=csv, json=json)
     if broken:
         for log, error in broken[:-1]:
             say_error(f"{log}: {str(error).removeprefix(f'{log}: ')}")
         raise broken[-1][1]
     if strict:
         _insist(checks)
+
+
+def _deliver(
+    checks: list[Checked], output: Path | None, *, text: bool, csv: bool, json: bool
+) -> None:
+    from rcc_sim.analyse.logcheck import report
+
+    verdicts = [report.verdict(checked) for checked in checks]
+    if text:
+        with nullcontext(sys.stdout) if output is None else atomic(output) as file:
+            file.write("".join(f"{printable(line)}\n" for line in verdicts))
+            print_table(report.shown(checks), "", readable, printable, file)
+        return
+    for verdict in verdicts:
+        say(verdict)
+    read = sys.stdout.isatty() and not (json or csv or output)
+    rows = report.shown(checks) if read else report.rows(checks)
+    emit(report.document(checks), rows, json=json, csv=csv, output=output)
 
 
 def _fleet(asked: Asked, options: dict[str, Any], *, strict: bool) -> None:

@@ -190,3 +190,22 @@ def test_a_column_without_a_unit_is_told(log):
     found = json.loads(rccsim("check", log, "--json").stdout)["findings"]
     told = {f["channel"]: f["what"] for f in found if f["kind"] == "unknown"}
     assert list(told) == ["I_bat"] and "no unit" in told["I_bat"]
+
+
+def test_what_a_terminal_shows_goes_into_a_pipe_or_a_file_where_asked(log, tmp_path):
+    steep = spoilt(log, "accel_x_mps2", lambda x: x / 9.80665)
+    piped = rccsim("check", log, steep, "--text")
+    assert piped.returncode == 0, piped.stderr
+    first, second, *table = piped.stdout.splitlines()
+    assert ": sound (" in first
+    assert ": not sound (" in second
+    assert any("accel_x_mps2" in line for line in table)
+    assert not piped.stderr
+    written = rccsim("check", log, steep, "--text", "-o", tmp_path / "said.txt")
+    assert (tmp_path / "said.txt").read_text() == piped.stdout
+    assert not written.stdout
+    both = rccsim("check", log, "--text", "--json")
+    assert both.returncode == 2
+    assert "--text and --json: one of them" in both.stderr
+    fleet = rccsim("check", log, "--each", "--text")
+    assert "--text: belongs to a single log" in fleet.stderr
