@@ -233,7 +233,7 @@ class Probe:
 
     @cached_property
     def _all_forgetful(self) -> dict[int, Whitener]:
-        """Noise of each track that remembers nothing."""
+        """Noise of each track that remembers nothing, but grows as the fit's does."""
         return {
             i: fit_whitener(
                 self.fit.residuals[i],
