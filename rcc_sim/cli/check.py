@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -27,15 +26,12 @@ from rcc_sim.cli.output import (
     Output,
     Text,
     emit,
+    emit_text,
     one_format,
-    printable,
-    readable,
     say,
     say_error,
 )
 from rcc_sim.cli.overrides import vehicle_of
-from rcc_sim.cli.table import print_table
-from rcc_sim.files import atomic
 
 if TYPE_CHECKING:
     from rcc_sim.analyse.logcheck import Checked
@@ -126,9 +122,7 @@ def _deliver(
 
     verdicts = [report.verdict(checked) for checked in checks]
     if text:
-        with nullcontext(sys.stdout) if output is None else atomic(output) as file:
-            file.write("".join(f"{printable(line)}\n" for line in verdicts))
-            print_table(report.shown(checks), "", readable, printable, file)
+        emit_text(verdicts, [("", report.shown(checks))], output)
         return
     for verdict in verdicts:
         say(verdict)

@@ -40,6 +40,7 @@ from rcc_sim.cli.output import (
     Output,
     Text,
     emit,
+    emit_text,
     not_foreign,
     one_format,
     say,
@@ -363,12 +364,7 @@ def _deliver(
     ]
     tell_notes([(g.log, mine) for g, mine in zip(gaps, told, strict=True)])
     if text or (output is None and sys.stdout.isatty() and not (json or csv)):
-        lines = screen(found, get_terminal_size().columns)
-        if output is None:
-            typer.echo("\n".join(lines))
-            return
-        with atomic(output) as file:
-            file.write("\n".join(lines) + "\n")
+        emit_text(screen(found, get_terminal_size().columns), output=output)
         return
     document = found.document()
     say(verdict_of(document))

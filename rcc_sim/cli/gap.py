@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import sys
-from contextlib import nullcontext
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -40,14 +39,11 @@ from rcc_sim.cli.output import (
     Output,
     Text,
     emit,
+    emit_text,
     one_format,
-    printable,
-    readable,
     say,
 )
 from rcc_sim.cli.overrides import vehicle_of
-from rcc_sim.cli.table import print_table
-from rcc_sim.files import atomic
 
 if TYPE_CHECKING:
     from rcc_sim.analyse.gap import Gap
@@ -183,21 +179,12 @@ def _deliver(
     headline = report.headline(found, vehicle)
     notes = notes_of(found.findings, found.notes)
     if text:
-        with nullcontext(sys.stdout) if output is None else atomic(output) as file:
-            told = (headline, *(f"note: {note}" for note in notes))
-            file.write("".join(f"{printable(line)}\n" for line in told))
-            _tables(found, file)
+        told = (headline, *(f"note: {note}" for note in notes))
+        emit_text(told, report.tables(found), output)
         return
     say(headline)
     tell_notes([("", notes)])
     if output is None and sys.stdout.isatty() and not (json or csv):
-        _tables(found, sys.stdout)
+        emit_text((), report.tables(found))
         return
     emit(report.document(found), report.rows(found), json=json, csv=csv, output=output)
-
-
-def _tables(found: Gap, file: IO[str]) -> None:
-    from rcc_sim.analyse import gap_report as report
-
-    for title, table in report.tables(found):
-        print_table(table, title, readable, printable, file)

@@ -6,7 +6,8 @@ import csv as csv_format
 import json as json_format
 import math
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import nullcontext
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Annotated, Any, cast
 
@@ -111,6 +112,18 @@ def emit(
     named = output.suffix.lower() == ".json" and not csv
     with atomic(output) as file:
         _write(file, document, rows, json or named)
+
+
+def emit_text(
+    lines: Iterable[str],
+    tables: Iterable[tuple[str, Rows]] = (),
+    output: Path | None = None,
+) -> None:
+    """Write what a terminal shows, lines and titled tables, to stdout or a file."""
+    with nullcontext(sys.stdout) if output is None else atomic(output) as file:
+        file.writelines(f"{printable(line)}\n" for line in lines)
+        for title, table in tables:
+            print_table(table, title, readable, printable, file)
 
 
 def _write(file: IO[str], document: Any, rows: Rows, json: bool) -> None:

@@ -32,19 +32,23 @@ def cost(value, told, edges, nats, tilt=np.inf):
     return total
 
 
+def every_way(least):
+    """Twelve values in five stretches at most, none of fewer than the least."""
+    return [
+        (0, *inner, 12)
+        for k in range(5)
+        for inner in combinations(range(1, 12), k)
+        if min(np.diff((0, *inner, 12))) >= least
+    ]
+
+
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("least", [1, 2, 3])
 def test_no_other_levels_are_likelier(seed, least):
     rng = np.random.default_rng(seed)
     value = np.repeat(rng.normal(0, 3, 4), 3) + rng.normal(0, 1, 12)
     told = rng.uniform(0.5, 2, 12)
-    every = [
-        (0, *inner, 12)
-        for k in range(5)
-        for inner in combinations(range(1, 12), k)
-        if min(np.diff((0, *inner, 12))) >= least
-    ]
-    best = min(every, key=lambda edges: cost(value, told, edges, 4.0))
+    best = min(every_way(least), key=lambda edges: cost(value, told, edges, 4.0))
     found = segments(value, told, least, 4.0)
     assert found.edges == best
     assert not any(found.slope)
@@ -56,13 +60,7 @@ def test_nor_any_other_levels_and_slopes(seed, least):
     rng = np.random.default_rng(seed)
     wanes = np.concatenate([9.0 - 2.0 * np.arange(4), np.zeros(3), -1.5 * np.arange(5)])
     value, told = wanes + rng.normal(0, 0.5, 12), rng.uniform(0.5, 2, 12)
-    every = [
-        (0, *inner, 12)
-        for k in range(5)
-        for inner in combinations(range(1, 12), k)
-        if min(np.diff((0, *inner, 12))) >= least
-    ]
-    best = min(every, key=lambda edges: cost(value, told, edges, 2.0, 1.0))
+    best = min(every_way(least), key=lambda edges: cost(value, told, edges, 2.0, 1.0))
     found = segments(value, told, least, 2.0, 1.0)
     assert found.edges == best
     for (a, b), slopes in zip(pairwise(best), found.slope, strict=True):

@@ -224,15 +224,8 @@ def anew(engine: Engine, fit: Fit, cause: Cause) -> tuple[Engine, Fit, Cause] | 
     It was found while what has been taken in since was missing: a hill is climbed by
     force, and holds a part of what the motor loses with it. Now that gives way, too.
     """
-    found = {}
-    probe = Probe(engine, fit, cause.keys[0]).as_if_none(cause.profiles)
-    for i, p in cause.profiles.items():
-        problem = engine.problems[i]
-        x, counts = problem.coordinate(p.along), every_count(problem)
-        tried = [probe.profile(i, p.along, x, n) for n in counts]
-        likeliest = max(tried, key=lambda p: p.evidence)
-        found[i] = probe.sharper(likeliest, i, x, counts)
-    start, now, more = instead(engine, fit, cause, found)
+    counts = {i: every_count(engine.problems[i]) for i in cause.profiles}
+    start, now, more, found = instead(engine, fit, cause, counts)
     if more.score - fit.score < ENOUGH:
         return None
     if cause.effect == LOAD:
@@ -248,21 +241,27 @@ def nats_of_another(engine: Engine, fit: Fit, cause: Cause) -> float:
     To be held against the same of another fit: in as many windows, for more of them
     would be likelier whatever acts.
     """
-    found = {}
-    probe = Probe(engine, fit, cause.keys[0]).as_if_none(cause.profiles)
-    for i, p in cause.profiles.items():
-        x, n = engine.problems[i].coordinate(p.along), len(p.knots)
-        found[i] = probe.sharper(probe.profile(i, p.along, x, n), i, x, (n,))
-    return instead(engine, fit, cause, found)[2].score - fit.score
+    counts = {i: (len(p.knots),) for i, p in cause.profiles.items()}
+    return instead(engine, fit, cause, counts)[2].score - fit.score
 
 
 def instead(
-    engine: Engine, fit: Fit, cause: Cause, found: Mapping[int, Profile]
-) -> tuple[Engine, Engine, Fit]:
-    """Return logs without a course, those with another in its place, and their fit."""
+    engine: Engine, fit: Fit, cause: Cause, counts: Mapping[int, tuple[int, ...]]
+) -> tuple[Engine, Engine, Fit, dict[int, Profile]]:
+    """Return logs without a course, and with another found in its place.
+
+    In as many windows as is likeliest of some ``counts``. With the fit, and the course.
+    """
+    found = {}
+    probe = Probe(engine, fit, cause.keys[0]).as_if_none(cause.profiles)
+    for i, p in cause.profiles.items():
+        x = engine.problems[i].coordinate(p.along)
+        tried = [probe.profile(i, p.along, x, n) for n in counts[i]]
+        likeliest = max(tried, key=lambda one: one.evidence)
+        found[i] = probe.sharper(likeliest, i, x, counts[i])
     start = with_acting(engine, {i: p.reversed for i, p in cause.profiles.items()})
     now = with_acting(start, found)
-    return start, now, descent.fit(now, fit.values, fit.knobs)
+    return start, now, descent.fit(now, fit.values, fit.knobs), found
 
 
 def levelled(

@@ -43,7 +43,7 @@ def give_way(
 
 def nats_of_courses(engine: Engine, fit: Fit, causes: Sequence[Cause]) -> float:
     """Return what a fit gains once courses give way to it, each in as many windows."""
-    fit = descent.fit(engine, fit.values, fit.knobs, fit.noise)
+    fit = fitted(engine, fit)
     courses = filter(gives_way, causes)
     return sum(nats_of_another(engine, fit, cause) for cause in courses)
 
@@ -71,6 +71,6 @@ def beside_courses(engine: Engine, look: Look, causes: Sequence[Cause]) -> Look:
     return replace(look, refined=refined, best=best, one=won)
 
 
-def fitted(engine: Engine, best: Refined) -> Fit:
-    """Return the fit with a candidate, from where it was refined."""
-    return descent.fit(engine, best.fit.values, best.fit.knobs, best.fit.noise)
+def fitted(engine: Engine, refined: Fit) -> Fit:
+    """Return a fit by its own noise, from where it was refined by another's."""
+    return descent.fit(engine, refined.values, refined.knobs, refined.noise)

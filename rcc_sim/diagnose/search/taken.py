@@ -152,7 +152,7 @@ class Taken:
             return VARYING
         if best and one:
             self.causes = taken_in(self.causes, near_to(one, look.gains, look.known))
-            self.fit = with_one or fitted(self.engine, best)
+            self.fit = with_one or fitted(self.engine, best.fit)
             self.settle()
             return CONSTANT
         self.told(f"two causes at once, {len(self.causes) + 1}")
@@ -291,7 +291,7 @@ def before_profile(
     enough = needed_gain([varying], one.shares)
     if one.effect == varying.effect or varying.weighed or one.gain < enough:
         return None
-    fit_one = fitted(engine, best)
+    fit_one = fitted(engine, best.fit)
     rest, _ = profile_cause(engine, fit_one, {varying.effect})
     both = engine.judged(fit_one, fit.noise).score - fit.score
     both += rest.gain if rest else 0.0
