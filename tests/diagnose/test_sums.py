@@ -1,12 +1,19 @@
 """An effect that sums up others, and figures of it that are found one by one."""
 
+from math import inf
+
 import numpy as np
 import pytest
 
 from rcc_sim.analyse.logged import open_log
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.causes.candidates import candidates_for
-from rcc_sim.diagnose.causes.cause import Cause
+from rcc_sim.diagnose.causes.cause import ENOUGH, Cause
+from rcc_sim.diagnose.causes.sums import with_all_figures
+from rcc_sim.diagnose.fitting import descent
+from rcc_sim.diagnose.fitting.engine import Engine
+from rcc_sim.diagnose.fitting.knobs import Knob
+from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.residuals.problem import Problem
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.diagnose.search.look import free_of
@@ -96,6 +103,54 @@ def test_a_withheld_road_load_is_found_with_all_its_figures(
     found = [figures[k] for k in sorted(figures)]
     held = [e.low <= true <= e.high for e, true in zip(found, (A, B, C), strict=True)]
     assert sum(held) >= 2  # of three intervals of 90 %
+
+
+def starts(plant, levels, on):
+    """A plant by its throttle: pushed at some levels one after another, each let go."""
+    t = np.arange(0, len(levels) * (on + 4), 0.1)
+    level = np.array(levels)[(t / (on + 4)).astype(int)]
+    throttle = np.where(t % (on + 4) < on, level, 0.0)
+    blank = np.zeros(len(t))
+    trace = Trace(
+        {"time_s": t, "throttle": throttle, "speed_mps": blank, "steer_cmd_rad": blank}
+    )
+    speed = replay(plant, drive_of(trace, plant))["speed_mps"]
+    noise = 0.01 * np.random.default_rng(1).normal(size=len(t)) * (speed > 0.02)
+    speed = np.round(np.maximum(speed + noise, 0.0), 3)
+    return Trace(trace.columns | {"speed_mps": speed}, name="starts")
+
+
+def test_a_sum_is_begun_anew_where_a_car_that_moves_off_holds_it_up(car):
+    """A car that is not quite its file: from viscous friction no step leads on."""
+    plant = car.changed(
+        settings={"controller.force_scale": 0.78},
+        effects={
+            "throttle_dead_zone": {"threshold": 0.14},
+            "longitudinal_slip": {"stiffness_n": 100.0},
+            "wheel_radius": {"scale": 0.92},
+            "motor_lag": {"time_constant_s": 0.03},
+        },
+    )
+    logs = [starts(plant, np.arange(0.1, 0.195, 0.005), 8)]
+    logs += [starts(plant, [x], 6) for x in (0.25, 0.3, 0.35, 0.4, 0.5, 0.6, 0.8)]
+    bare = car.changed(without=("road_load",))
+    engine = Engine([problem_of(log, bare) for log in logs])
+    able = candidates_for(engine.problems, withheld=["road_load"])
+    (own,) = [c for c in able if c.effect == "road_load"]
+    free = [Knob(s.key, s.neutral, inf, s.low, s.high) for s in own.searches]
+    keys = [k.key for k in free]
+    null = descent.of_tolerances(engine)
+    viscous = null.values | dict(zip(keys, (0.0, 1.5, -0.2), strict=True))
+    stuck = descent.fit(engine, viscous, [*null.knobs, *free])
+    one = Cause("road_load", tuple(keys), 60.0)
+    (same,), fit = with_all_figures(engine, stuck, [one], able)
+    assert fit.score > stuck.score + ENOUGH
+    assert set(same.keys) == set(keys)
+    a, b, c = (fit.values[key] for key in keys)
+    for v in (0.5, 1.5, 3.0):
+        assert a + b * v + c * v**2 == pytest.approx(A + B * v + C * v**2, rel=0.05)
+    causes = [one, Cause("payload", (), 40.0)]  # the sum is not the newest
+    assert with_all_figures(engine, stuck, causes, able)[1] is stuck
 
 
 def test_more_figures_of_an_effect_join_those_it_has():
