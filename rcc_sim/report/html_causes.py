@@ -26,7 +26,7 @@ from rcc_sim.report.text import (
     signed,
     tag,
 )
-from rcc_sim.report.verdict import TAKEN_UP
+from rcc_sim.report.verdict import TAKEN_UP, unaccounted
 from rcc_sim.units import unit_of
 
 SHOWN = 8
@@ -41,20 +41,22 @@ def causes(report: Report) -> Markup:
     return section(
         "causes",
         "What it is",
-        _asserted(diagnosis),
+        asserted(diagnosis),
         _ranked(diagnosis),
         _left(diagnosis),
     )
 
 
-def _asserted(diagnosis: Mapping[str, Any]) -> Markup:
+def asserted(diagnosis: Mapping[str, Any]) -> Markup:
+    """Return the causes that stand, or why there is none."""
     found = diagnosis.get("causes") or []
     if not found:
         reason = {
             "no_gap": "No cause is asserted: row by row there is no gap beyond noise "
             "and the doubt that the vehicle file states.",
-            "unexplained": "No cause is asserted: the gap is real, and no effect of "
-            "the library accounts for it. The flagged stretches say where it sits.",
+            "unexplained": "No cause is asserted: a real gap that "
+            f"{unaccounted(diagnosis.get('candidates') or [])}. The flagged stretches "
+            "say where it sits.",
         }
         if diagnosis.get("taken_up"):
             return tag("p", f"No cause is asserted: the gap is real, and {TAKEN_UP}.")

@@ -26,7 +26,6 @@ from rcc_sim.report.html_parts import OTHER_DRIVE, OTHERS, SMALL
 from rcc_sim.report.promise import promise
 from rcc_sim.report.text import (
     figures,
-    listed,
     percent,
     printable,
     probable,
@@ -42,13 +41,14 @@ from rcc_sim.report.verdict import (
     judged,
     off_by,
     these,
+    unaccounted,
 )
 
 WORDS = {
     "no_gap": "no gap beyond what tolerances and noise explain",
     "explained": "explained",
     "partly_explained": "partly explained",
-    "unexplained": "a real gap that none of the effects explains",
+    "unexplained": "a real gap",
 }
 
 RARE = "19 of 20 sound drives are less far off in energy: one more drive would tell"
@@ -209,13 +209,12 @@ def _verdict(found: Diagnosis) -> str:
     """Return the status, and why there is a cause where the energy asks for none."""
     energies = [g.energy.within for g in found.gaps]
     told = WORDS[found.status].replace("no gap", _no_gap(found))
+    if found.status == "unexplained":
+        told += f" that {unaccounted(found.asked)}"
     why = next((s for s in found.short if s != UNSURE), "")
     told += f": {why}" * bool(why)
     if found.taken_up:
         told = f"a real gap, and {TAKEN_UP}: measure them, or state larger sds"
-    elif found.asked and found.status == "unexplained":
-        told = f"a real gap that {listed(found.asked, 'or')} does not explain"
-        told += ", and nothing else was asked for"
     key, sds = next(iter(found.moved.items()), ("", 0.0))
     if found.status == "no_gap" and abs(sds) >= DOUBTFUL:
         told += f", with {key} {off_by(sds)}"

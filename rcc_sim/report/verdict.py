@@ -102,10 +102,19 @@ def closes(shrink: Mapping[str, Any]) -> bool:
 
 def _unexplained(asked: Sequence[str], *, within: bool | None) -> str:
     real = "a real gap" + " in the course of the signals" * bool(within)
+    return f"{real} that {unaccounted(asked)}"
+
+
+def unaccounted(asked: Sequence[str]) -> str:
+    """Return what does not account for a gap: the library, or what alone was asked.
+
+    >>> unaccounted(["payload", "road_grade"])
+    'payload or road grade does not account for, and nothing else was asked'
+    """
     if not asked:
-        return f"{real} that no effect of the library accounts for"
+        return "no effect of the library accounts for"
     names = listed([name.replace("_", " ") for name in asked], "or")
-    return f"{real} that {names} does not account for, and nothing else was asked"
+    return f"{names} does not account for, and nothing else was asked"
 
 
 def _unless(findings: Sequence[Mapping[str, Any]]) -> str:

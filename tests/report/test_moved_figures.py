@@ -18,6 +18,7 @@ from rcc_sim.diagnose.fitting.pulls import moved, moved_together
 from rcc_sim.diagnose.judge.verdict import Estimate
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.diagnose.search.taken import KeptOut
+from rcc_sim.report import html_causes
 from rcc_sim.report.doubts import differs, doubts, moved_figures, one_parts
 from rcc_sim.report.screen import screen
 from rcc_sim.report.verdict import verdict_of
@@ -73,9 +74,14 @@ def test_where_none_moved_nothing_is_said():
 
 
 def test_a_gap_that_what_was_asked_for_does_not_explain_says_so():
-    told = verdict_of({"status": "unexplained", "candidates": ["payload", "headwind"]})
-    assert told.startswith("A real gap that payload or headwind does not account for")
-    assert "no effect of the library" in verdict_of({"status": "unexplained"})
+    """In the sentence and on the page: nobody asked the library."""
+    asked = {"status": "unexplained", "candidates": ["payload", "headwind"]}
+    every = {"status": "unexplained", "candidates": []}
+    those = "payload or headwind does not account for, and nothing else was asked"
+    assert verdict_of(asked).startswith(f"A real gap that {those}")
+    assert those in html_causes.asserted(asked)
+    for told in (verdict_of(every), html_causes.asserted(every)):
+        assert "real gap that no effect of the library accounts for" in told
 
 
 @pytest.mark.parametrize("within", [True, False, None])
