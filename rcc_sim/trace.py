@@ -70,6 +70,11 @@ class Trace:
         """Tell whether the trace has a column."""
         return column in self.columns
 
+    def has(self, column: str) -> bool:
+        """Tell whether the trace has a column with a value in it."""
+        values = self.columns.get(column)
+        return values is not None and bool(np.isfinite(values).any())
+
     def __len__(self) -> int:
         """Return the number of rows."""
         return len(self.columns["time_s"])

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from rcc_sim.analyse.gap_replays import Tolerances, toleranced
 from rcc_sim.definitions.vehicle import Vehicle
-from rcc_sim.simulate.drive import has
 from rcc_sim.trace import Trace
 
 Array = NDArray[np.float64]
@@ -118,9 +117,9 @@ def charge_of(log: Trace, vehicle: Vehicle) -> Charge | None:
     by as much between two rows is left out.
     """
     energy = vehicle.battery_energy
-    if energy is None or not has(log, COLUMN) or has(log, POWER):
+    if energy is None or not log.has(COLUMN) or log.has(POWER):
         return None
-    if has(log, "battery_current_a"):
+    if log.has("battery_current_a"):
         return None
     time, charge = log["time_s"], log[COLUMN]
     known = np.flatnonzero(np.isfinite(charge))

@@ -44,7 +44,7 @@ from rcc_sim.analyse.sampled import drive_as_sampled
 from rcc_sim.channel import rows_in
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
-from rcc_sim.simulate.drive import Drive, has, has_commands, is_imposed
+from rcc_sim.simulate.drive import Drive, has_commands, is_imposed
 from rcc_sim.trace import Trace
 
 Array = NDArray[np.float64]
@@ -208,7 +208,7 @@ def gap(
 def _refuse_unusable(logged: Logged, vehicle: Vehicle) -> None:
     """Say why the speed is missing that would have to drive the model."""
     log = logged.log
-    if not is_imposed(log, vehicle) or has(log, "speed_mps"):
+    if not is_imposed(log, vehicle) or log.has("speed_mps"):
         return
     found = reversed(logged.findings)  # of several of a channel the first counts
     wrong = {f.channel: f for f in found if f.severity == "error"}
@@ -245,19 +245,19 @@ def _posed(
 
 def _turning(log: Trace, vehicle: Vehicle) -> Trace:
     """Return a log without a gyro with the yaw rate of a heading that was measured."""
-    if has(log, "yaw_rate_radps") or not measured_turn(log, vehicle.wheelbase):
+    if log.has("yaw_rate_radps") or not measured_turn(log, vehicle.wheelbase):
         return log
     turn = turn_at(log["time_s"], seen_heading(log))
     return Trace({**log.columns, "yaw_rate_radps": turn}, name=log.name)
 
 
 def _channels(log: Trace, drive: Drive, simulated: dict[str, Array]) -> tuple[str, ...]:
-    found = [c for c in COMPARED if has(log, c) and c in simulated]
+    found = [c for c in COMPARED if log.has(c) and c in simulated]
     if drive.imposed and "speed_mps" in found:
         found.remove("speed_mps")
     if drive.turns_as_measured:
         found = [c for c in found if c not in LATERAL or c == "accel_y_mps2"]
-        if not has(log, "yaw_rate_radps"):
+        if not log.has("yaw_rate_radps"):
             found = [c for c in found if c not in LATERAL]
     if not found:
         has_now = ", ".join(n for n in log.columns if n != "time_s")
@@ -278,7 +278,7 @@ def _kinds(
     speed = drive.measured.speed
     if not np.isfinite(speed).any():
         speed = simulated["speed_mps"]
-    yaw = drive.measured.yaw_rate if has(log, "yaw_rate_radps") else None
+    yaw = drive.measured.yaw_rate if log.has("yaw_rate_radps") else None
     turn = simulated["yaw_rate_radps"] if yaw is None else yaw
     return labels(drive.time, speed, turn, simulated["motor_torque_nm"], scale)
 

@@ -12,7 +12,6 @@ from rcc_sim.analyse.gap_replays import Tolerances
 from rcc_sim.analyse.offsets import offset_sd
 from rcc_sim.definitions.kernel import motor_torque_constant
 from rcc_sim.definitions.vehicle import Vehicle
-from rcc_sim.simulate.drive import has
 from rcc_sim.simulate.holes import in_holes
 from rcc_sim.simulate.smooth import HOLE
 from rcc_sim.trace import Trace
@@ -102,15 +101,15 @@ def logged_power(log: Trace) -> Array | None:
 
     Of voltage and current that were read in turn, at the current's rows.
     """
-    if has(log, "battery_power_w"):
+    if log.has("battery_power_w"):
         return log["battery_power_w"]
-    if has(log, "battery_voltage_v") and has(log, "battery_current_a"):
-        voltage = bridged(log["time_s"], log["battery_voltage_v"])
+    if log.has("battery_voltage_v") and log.has("battery_current_a"):
+        voltage = bridged_but_holes(log["time_s"], log["battery_voltage_v"])
         return voltage * log["battery_current_a"]
     return None
 
 
-def bridged(time: Array, values: Array) -> Array:
+def bridged_but_holes(time: Array, values: Array) -> Array:
     """Return a column with its rows between readings filled in, but for long holes."""
     known = np.isfinite(values)
     hole = in_holes(time, known)
@@ -200,12 +199,12 @@ def energy_noise(
 
 def bias_noise(log: Trace, vehicle: Vehicle, weights: Array) -> float:
     """Return what the offsets of the battery's sensors do to an energy. [Wh]"""
-    if has(log, "battery_power_w"):
+    if log.has("battery_power_w"):
         watts = offset_sd(log, vehicle, "battery_power_w")
         return watts * float(weights.sum()) / J_PER_WH
-    if not has(log, "battery_current_a"):
+    if not log.has("battery_current_a"):
         return 0.0
-    voltage = bridged(log["time_s"], log["battery_voltage_v"])
+    voltage = bridged_but_holes(log["time_s"], log["battery_voltage_v"])
     voltage = np.where(weights > 0, voltage, 0.0)
     joules = float((np.abs(voltage) * weights).sum())
     current = np.where(weights > 0, log["battery_current_a"], 0.0)

@@ -19,7 +19,7 @@ from rcc_sim.analyse.gap_regimes import Scale
 from rcc_sim.analyse.gap_replays import Tolerances
 from rcc_sim.channel import moving_mean, rows_in
 from rcc_sim.definitions.vehicle import Vehicle
-from rcc_sim.simulate.drive import Drive, drive_of, has
+from rcc_sim.simulate.drive import Drive, drive_of
 from rcc_sim.trace import Trace
 from rcc_sim.units import J_PER_WH
 
@@ -86,10 +86,10 @@ def stage_gaps(
     levels: list[tuple[str, Array, Array]] = []
     at_battery = energy.at == "battery"
     now = drive
-    if not drive.imposed and has(log, "speed_mps"):
+    if not drive.imposed and log.has("speed_mps"):
         now = _moved(log, vehicle, drive)
         levels.append(("control", *power(now)))
-    if now.imposed and now.steered and has(log, "yaw_rate_radps"):
+    if now.imposed and now.steered and log.has("yaw_rate_radps"):
         rows = rows_in(drive.time, Scale.of(vehicle).time)
         now = _yawed(now, rows)
         levels.append(("lateral", *power(now)))

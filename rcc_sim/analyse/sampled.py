@@ -11,7 +11,7 @@ from rcc_sim.analyse.gap_energy import logged_power
 from rcc_sim.analyse.gap_stages import untorqued
 from rcc_sim.channel import interval_of, noise_of
 from rcc_sim.definitions.vehicle import Vehicle
-from rcc_sim.simulate.drive import ROUNDING, Drive, drive_of, has, is_imposed
+from rcc_sim.simulate.drive import ROUNDING, Drive, drive_of, is_imposed
 from rcc_sim.simulate.replay import replay
 from rcc_sim.simulate.smooth import without_noise
 from rcc_sim.simulate.spans import (
@@ -86,7 +86,7 @@ def holds_means(log: Trace, vehicle: Vehicle) -> bool:
     drive = evened(untorqued(drive_of(Trace(kept, name=log.name), vehicle, inf)))
     row = interval_of(drive.time)
     power = logged_power(log)
-    seen = {c: log[c] for c in FLOWS if has(log, c)}
+    seen = {c: log[c] for c in FLOWS if log.has(c)}
     if power is not None:
         seen["battery_power_w"] = power
     mean = replay(vehicle, drive)

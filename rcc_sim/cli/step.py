@@ -148,13 +148,13 @@ def _from_log(
 
 
 def _torque(trace: Trace, vehicle: str | None) -> Any:
-    from rcc_sim.definitions.kernel import motor_torque_constant
+    from rcc_sim.analyse.gap_energy import shaft_torque
     from rcc_sim.definitions.vehicle import load_vehicle
     from rcc_sim.errors import InputError
 
-    if "motor_torque_nm" in trace:
+    if trace.has("motor_torque_nm"):
         return trace["motor_torque_nm"]
-    if "motor_current_a" not in trace:
+    if not trace.has("motor_current_a"):
         return None
     if vehicle is None:
         raise InputError(
@@ -162,10 +162,10 @@ def _torque(trace: Trace, vehicle: str | None) -> Any:
             "there is motor_current_a: name the car with --vehicle, "
             "whose torque constant makes it a torque",
         )
-    K_t = motor_torque_constant(load_vehicle(vehicle))
-    if K_t is None:
+    torque = shaft_torque(trace.columns, load_vehicle(vehicle))
+    if torque is None:
         raise InputError(f"{vehicle}: motor.poles, motor.flux_linkage_wb: missing")
-    return K_t * trace["motor_current_a"]
+    return torque
 
 
 def _flat(document: dict[str, Any]) -> dict[str, Any]:

@@ -58,10 +58,10 @@ def pooled(traces: Sequence[Trace], wanted: Sequence[str]) -> Pooled:
         If a log has no speed; says which.
     """
     for trace in traces:
-        if not _has(trace, "speed_mps"):
+        if not trace.has("speed_mps"):
             there = ", ".join(trace.columns)
             raise InputError(f"{trace.name}: no column speed_mps", f"there are {there}")
-    kept = [name for name in wanted if all(_has(trace, name) for trace in traces)]
+    kept = [name for name in wanted if all(trace.has(name) for trace in traces)]
     columns: dict[str, list[Array]] = {name: [] for name in ("time_s", *kept)}
     offsets, starts = [], []
     end = 0.0
@@ -83,7 +83,3 @@ def pooled(traces: Sequence[Trace], wanted: Sequence[str]) -> Pooled:
         np.array(starts),
         np.array(offsets),
     )
-
-
-def _has(trace: Trace, name: str) -> bool:
-    return name in trace and bool(np.isfinite(trace[name]).any())

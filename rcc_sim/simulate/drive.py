@@ -168,15 +168,15 @@ def drive_of(log: Trace, vehicle: Vehicle, window: float = 0.01) -> Drive:
     time = log["time_s"] - start
     imposed = is_imposed(log, vehicle)
     nan, accel = np.full(len(time), np.nan), np.zeros(len(time))
-    speed = np.ascontiguousarray(log["speed_mps"]) if has(log, "speed_mps") else nan
+    speed = np.ascontiguousarray(log["speed_mps"]) if log.has("speed_mps") else nan
     unseen, smear = None, 0.0
     if not imposed:
         unseen = not_told(log, vehicle, time)
     else:
-        if not has(log, "speed_mps"):
+        if not log.has("speed_mps"):
             _refuse(log, vehicle)
         unseen = in_holes(time, np.isfinite(speed))
-        felt = log["accel_x_mps2"] if has(log, "accel_x_mps2") else None
+        felt = log["accel_x_mps2"] if log.has("accel_x_mps2") else None
         means = len(time) > 1 and window >= SAMPLED * interval_of(time)
         speed, accel, smear = smoothed(time, speed, felt, means=means)
         if len(time) > 2 and not accel.any() and not means:
@@ -194,13 +194,13 @@ def drive_of(log: Trace, vehicle: Vehicle, window: float = 0.01) -> Drive:
     )
     asked = throttle if vehicle.mode == "throttle" else ref
     current, torque = (
-        np.ascontiguousarray(log[c]) if has(log, c) else nan
+        np.ascontiguousarray(log[c]) if log.has(c) else nan
         for c in ("motor_current_a", "motor_torque_nm")
     )
     return Drive(
         time,
         imposed,
-        has(log, "steer_cmd_rad") and not stand,
+        log.has("steer_cmd_rad") and not stand,
         Commands(ref, steer, throttle, aux, wind),
         road,
         Measured(speed, current, yaw_rate, torque, accel),
@@ -210,7 +210,7 @@ def drive_of(log: Trace, vehicle: Vehicle, window: float = 0.01) -> Drive:
         distance,
         (SINCE if holds(asked) else LINE, SINCE if holds(steer) else LINE),
         stated=distance is not None and not is_surveyed(log),
-        climbed=has(log, "elevation_m") and not has(log, "slope"),
+        climbed=log.has("elevation_m") and not log.has("slope"),
         unseen=unseen,
         smear=smear,
         back=is_back(log),
@@ -262,7 +262,7 @@ def _throughout(
     InputError
         If it changes, or is neither.
     """
-    if not has(log, column):
+    if not log.has(column):
         return either[0]
     known = np.flatnonzero(np.isfinite(log[column]))
     values = log[column][known]
@@ -293,23 +293,18 @@ def is_imposed(log: Trace, vehicle: Vehicle) -> bool:
 def has_commands(log: Trace, vehicle: Vehicle) -> bool:
     """Tell whether a log has the commands that this vehicle's controller obeys."""
     command = COMMANDS.get(vehicle.mode)
-    return command is not None and has(log, command)
+    return command is not None and log.has(command)
 
 
 def turns_unsteered(log: Trace) -> bool:
     """Tell whether speed and yaw rate show bends that no steering tells."""
-    if has(log, "steer_cmd_rad"):
+    if log.has("steer_cmd_rad"):
         return False
-    if not (has(log, "speed_mps") and has(log, "yaw_rate_radps")):
+    if not (log.has("speed_mps") and log.has("yaw_rate_radps")):
         return False
     sideways = (log["speed_mps"] * log["yaw_rate_radps"]) ** 2
     seen = np.isfinite(sideways)
     return bool(seen.any()) and float(np.mean(sideways[seen])) ** 0.5 > TURNS_BY * G
-
-
-def has(log: Trace, column: str) -> bool:
-    """Tell whether a log has a value of a column."""
-    return column in log and bool(np.isfinite(log[column]).any())
 
 
 def _refuse(log: Trace, vehicle: Vehicle) -> None:
@@ -325,7 +320,7 @@ def _refuse(log: Trace, vehicle: Vehicle) -> None:
 
 def whole(log: Trace, column: str) -> Array:
     """Return a column without gaps; zeros where the log does not have it."""
-    if not has(log, column):
+    if not log.has(column):
         return np.zeros(len(log))
     return bridged(log["time_s"], np.ascontiguousarray(log[column]))
 
@@ -338,7 +333,7 @@ def not_told(log: Trace, vehicle: Vehicle, time: Array) -> NDArray[np.bool_] | N
     """
     asked = (COMMANDS[vehicle.mode], "steer_cmd_rad")
     ends = np.isin(np.arange(len(time)), (0, len(time) - 1))
-    known = [ends | np.isfinite(log[c]) for c in asked if has(log, c)]
+    known = [ends | np.isfinite(log[c]) for c in asked if log.has(c)]
     holes = [in_holes(time, rows, LOST) for rows in known]
     lost = [hole for hole in holes if hole is not None]
     if not lost:
@@ -362,7 +357,7 @@ def holds(command: Array) -> bool:
 
 def is_surveyed(log: Trace) -> bool:
     """Tell whether a log holds the slope of its road, or its elevation."""
-    return has(log, "elevation_m") or has(log, "slope")
+    return log.has("elevation_m") or log.has("slope")
 
 
 def _road(
@@ -382,7 +377,7 @@ def _road(
     distance = np.maximum.accumulate(integral_of(time, v))
     if stated is not None:
         return stated, distance
-    if has(log, "slope"):
+    if log.has("slope"):
         s, first = np.unique(distance, return_index=True)
         return (s, whole(log, "slope")[first]), distance
     return surveyed_slope(distance, log["elevation_m"], time), distance

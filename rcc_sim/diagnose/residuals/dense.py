@@ -13,7 +13,7 @@ from rcc_sim.analyse.logcheck.finding import COMMANDS, Finding
 from rcc_sim.analyse.logcheck.relation import mean_of_known
 from rcc_sim.analyse.logged import COMPARED, Logged
 from rcc_sim.channel import interval_of
-from rcc_sim.simulate.drive import has, holds, whole
+from rcc_sim.simulate.drive import holds, whole
 from rcc_sim.trace import Trace
 
 Array = NDArray[np.float64]
@@ -67,7 +67,7 @@ def with_fewer_rows(log: Trace, many: int) -> Trace:
     stiff: that it leaps neither early nor late on the whole, it is as in the last row;
     and where its leaps come evenly, most of them are at middle ones.
     """
-    asked = {c: whole(log, c) for c in COMMANDS if has(log, c)}
+    asked = {c: whole(log, c) for c in COMMANDS if log.has(c)}
     held = {c: x for c, x in asked.items() if holds(x)}
     first = most_leapt([*held.values()], many) if held else 0
     count = (len(log) - first) // many
