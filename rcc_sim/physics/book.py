@@ -8,6 +8,7 @@ kinetic energy, and the ledger closes to rounding without a line for the remaind
 import math
 
 from rcc_sim.jit import jit
+from rcc_sim.physics.effects.rotor_inertia import reflected_mass
 from rcc_sim.physics.effects.tyre_saturation import slip_angle
 from rcc_sim.physics.extra import EXTRA, book_extra
 
@@ -65,5 +66,5 @@ def book_state(c, s, E):
     This is what makes the ledger a check: the works above must add up to it.
     """
     v2 = s.v_x * s.v_x
-    E.rotor_inertia = 0.5 * c.J * c.n * c.n * (s.w * s.w) - c.E_rotor_0
+    E.rotor_inertia = 0.5 * reflected_mass(c.J, c.n) * (s.w * s.w) - c.E_rotor_0
     E.kinetic = 0.5 * (c.m * (v2 + s.v_y * s.v_y) + c.I_z * s.r * s.r) - c.E_0

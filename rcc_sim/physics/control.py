@@ -2,6 +2,7 @@
 
 from rcc_sim.jit import jit
 from rcc_sim.physics.effects.current_limit import limited_current
+from rcc_sim.physics.effects.rotor_inertia import reflected_mass
 from rcc_sim.physics.effects.speed_dead_zone import commands_nothing, seen_speed
 from rcc_sim.physics.effects.speed_loop import true_gain
 from rcc_sim.physics.effects.steering_backlash import with_play
@@ -22,6 +23,18 @@ from rcc_sim.physics.ticks import share_beyond
 SLOW = 0.15
 """Speed that a driver has lost for its T_d where no more is wound up, and that a foot
 on the brake takes off in it: of the vehicle's own, l/t = sqrt(C_F l/m). [1]"""
+
+
+@jit
+def most_current(p, c, omega):
+    """Most motoring q-current [A] at omega [rad/s], and whether it is by the voltage.
+
+    Else it is the file's limit, or the effect's.
+    """
+    given = limited_current(c.i_max, p.current_limit.max_current_a)
+    R = p.copper_loss.phase_resistance_ohm
+    reach = voltage_limited_current(p.battery.u_0, omega, R, p.motor.psi)
+    return min(given, reach), reach < given
 
 
 @jit
@@ -49,12 +62,8 @@ def speed_loop(p, c, s, u, flow):
     if omega_ref == 0.0:
         integral, more = 0.0, 0.0
     i_q = K_p * error + integral
-    high = limited_current(c.i_max, p.current_limit.max_current_a)
-    R = p.copper_loss.phase_resistance_ohm
-    omega = c.n * s.w
-    reach = voltage_limited_current(p.battery.u_0, omega, R, p.motor.psi)
-    if i_q > reach and reach < high:
-        high = reach
+    high, by_voltage = most_current(p, c, c.n * s.w)
+    if by_voltage and i_q > high:
         flow.limited += p.control.T_loop
     low = c.i_min
     beyond = i_q - high if error > 0.0 else low - i_q
@@ -87,7 +96,7 @@ def driver(p, c, s, u, flow, F_resist):
     demand = a_ref + error / T_d + s.integral / (4.0 * T_d * T_d)
     if u.v_ref == 0.0 and u.a_ref == 0.0:
         demand -= slow / T_d  # a foot on the brake at standstill
-    return (c.m + c.J * c.n * c.n) * demand + F_resist
+    return (c.m + reflected_mass(c.J, c.n)) * demand + F_resist
 
 
 @jit
@@ -100,13 +109,11 @@ def split_force(p, c, flow, F, omega, tau_loss):
     wanted = F / c.n + tau_loss
     high = torque_envelope(p.motor.tau_max, p.motor.P_max, omega)
     if c.K_t > 0.0:
-        i_max = limited_current(c.i_max, p.current_limit.max_current_a)
-        high = min(high, i_max * c.K_t)
-        R = p.copper_loss.phase_resistance_ohm
-        reach = voltage_limited_current(p.battery.u_0, omega, R, p.motor.psi) * c.K_t
-        if wanted > reach and reach < high:
-            high = reach
+        i_max, by_voltage = most_current(p, c, omega)
+        reach = i_max * c.K_t
+        if by_voltage and wanted > reach and reach < high:
             flow.limited += p.control.T_loop
+        high = min(high, reach)
     low = max(least_torque(p, c, omega), motor_brakes(p, wanted, omega / c.n))
     if wanted > high:
         return high, 0.0

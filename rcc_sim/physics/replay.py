@@ -8,10 +8,11 @@ not add up; what the measurement then adds at each row is the innovation.
 import math
 
 from rcc_sim.jit import jit
-from rcc_sim.physics.control import speed_loop
+from rcc_sim.physics.control import most_current, speed_loop
 from rcc_sim.physics.effects.actuation_delay import command_of
 from rcc_sim.physics.effects.motor_efficiency import ETA_MIN
 from rcc_sim.physics.effects.reference_sampling import held_time
+from rcc_sim.physics.effects.rotor_inertia import reflected_mass
 from rcc_sim.physics.effects.speed_dead_zone import commands_nothing
 from rcc_sim.physics.effects.steering_delay import delayed
 from rcc_sim.physics.logged_steering import enter_cell, steering_at
@@ -65,15 +66,18 @@ def look_up_inputs(p, s, u, t, rows_at, drive, road):
 
 
 @jit
-def freedom(p, c, u, row):
-    """Return how free the speed loop is to hold the speed: 1, or 0 at a limit."""
+def freedom(p, c, u, omega, row):
+    """Return how free the speed loop is to hold the speed: 1, or 0 at a limit.
+
+    At omega [rad/s] of the motor.
+    """
     omega_ref = u.v_ref * c.n_file
     if omega_ref == 0.0:
         return 0.0
     if commands_nothing(omega_ref, p.speed_dead_zone.threshold_radps):
         return 0.0
     low = c.i_min
-    high = min(c.i_max, p.current_limit.max_current_a)
+    high, _ = most_current(p, c, omega)
     near = (1.0 - FREE) * (high - low)
     if near <= 0.0:
         return 0.0
@@ -98,8 +102,8 @@ def recall(p, c, s, u, row, w, v, i_q, span, recall_v, recall_i, hold):
     """
     free, rate = 0.0, 1.0 / recall_v
     if p.control.mode == SPEED:
-        free = freedom(p, c, u, row)
-        M = c.m + c.J * c.n * c.n
+        free = freedom(p, c, u, c.n * s.w, row)
+        M = c.m + reflected_mass(c.J, c.n)
         loop = stiffness(p.control.K_p, c.K_t, c.n * c.n_file, M)
         if rate > 0.0:
             held = rate + hold * (1.0 - free) * loop

@@ -15,6 +15,7 @@ from rcc_sim.physics.effects.actuation_delay import command_of
 from rcc_sim.physics.effects.motor_efficiency import ETA_MIN
 from rcc_sim.physics.effects.motor_lag import mean_force
 from rcc_sim.physics.effects.reference_sampling import held_time
+from rcc_sim.physics.effects.rotor_inertia import reflected_mass
 from rcc_sim.physics.effects.steering_delay import delayed
 from rcc_sim.physics.effects.steering_lag import lagged
 from rcc_sim.physics.extra import EXTRA
@@ -41,7 +42,7 @@ def begin(p, c, s, u, v_0, r_0):
     s.w = v_0
     s.r = r_0
     c.E_0 = 0.5 * (c.m * v_0 * v_0 + c.I_z * r_0 * r_0)
-    c.E_rotor_0 = 0.5 * c.J * c.n * c.n * v_0 * v_0
+    c.E_rotor_0 = 0.5 * reflected_mass(c.J, c.n) * v_0 * v_0
     c.booked = 1.0
 
 

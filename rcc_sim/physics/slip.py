@@ -13,6 +13,7 @@ from rcc_sim.physics.effects.longitudinal_slip import (
     slip_resistance,
     spun,
 )
+from rcc_sim.physics.effects.rotor_inertia import reflected_mass
 from rcc_sim.physics.powertrain import least_torque, motor_brakes
 
 
@@ -25,7 +26,7 @@ def slide(p, c, s, f, E, v, T, R, dt):
     locked together first, and the step is then that of rolling wheels (f.slides = 0).
     """
     f.slides = 0.0
-    M = c.J * c.n * c.n
+    M = reflected_mass(c.J, c.n)
     if s.v_x == 0.0 and f.a <= 0.0:
         E.longitudinal_slip += 0.5 * M * s.w * s.w  # the ground holds the vehicle
         s.w = 0.0

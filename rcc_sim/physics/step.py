@@ -133,7 +133,7 @@ def accelerate(p, c, u, f):
         R += f.pull
         T -= f.twist
     f.k = gear_transmission(c.m * T + c.J * c.n * R, p.gear_loss.efficiency)
-    f.a = (f.k * c.n * T - R) / (c.m + f.k * c.J * c.n * c.n)
+    f.a = (f.k * c.n * T - R) / (c.m + f.k * reflected_mass(c.J, c.n))
     f.T_L = T - c.J * c.n * f.a
     return T, R
 
