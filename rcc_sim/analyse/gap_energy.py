@@ -29,6 +29,10 @@ POWER = "power"
 BLOCKS = 40
 """Stretches between which the scatter of the power is judged."""
 
+VAGUE, SETTLES = 10.0, 4
+"""Sd of that power's mean, in its usual sizes: it is as good as free. And rounds in
+which mean, shifts of tolerances and scatter are found from one another."""
+
 
 @dataclass(frozen=True)
 class EnergyGap:
@@ -187,9 +191,10 @@ def energy_noise(
     shifts = [
         np.bincount(place, w * np.where(np.isfinite(m), m, 0.0), BLOCKS) for m in moved
     ]
-    X = np.array([*shifts, np.ones(BLOCKS) * np.abs(blocks).mean() * 10]).T
+    level = np.full(BLOCKS, VAGUE * np.abs(blocks).mean())
+    X = np.array([*shifts, level]).T
     scatter = float(np.var(blocks)) + 1e-30
-    for _ in range(4):
+    for _ in range(SETTLES):
         N = X.T @ X / scatter + np.eye(X.shape[1])
         left = blocks - X @ np.linalg.solve(N, X.T @ blocks / scatter)
         scatter = max(float(np.var(left)), 1e-30)

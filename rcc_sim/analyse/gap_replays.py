@@ -28,6 +28,7 @@ SAMPLED = 60_000
 """Rows on which the tolerances of a longer drive are tried, in stretches."""
 
 STRETCHES = 6
+"""Stretches, evenly over the drive, that these rows are taken from."""
 
 SHARES = (1.0, -1.0, 0.5, -0.5, 0.25, -0.25, 0.1, -0.1)
 """Shares of its sd by which a figure is moved: the first that a vehicle may have."""

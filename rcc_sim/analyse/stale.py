@@ -21,6 +21,7 @@ OFTEN = 0.1
 """Share of the moving rows that are held, below which a log stays as it is."""
 
 FEWEST = 20
+"""Rows of a speed, held ones and such as change, below which no habit is told."""
 
 TOGETHER = 0.9
 """Share of a channel's changes on a clock's rows from which it goes by that clock."""

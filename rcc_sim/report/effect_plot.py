@@ -30,6 +30,7 @@ BASE = {
 """What the reference car has besides its own effects, so that each has its grip."""
 
 PANELS = 3
+"""Channels that are drawn: those that the effect moves most."""
 
 CHANNELS = (
     "speed_mps",

@@ -234,3 +234,4 @@ def backwards(time: Array, columns: Columns) -> list[Finding]:
 
 
 SOME = 50_000
+"""Rows of a long log from which the noise of its speed is told."""

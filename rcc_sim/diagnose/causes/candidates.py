@@ -119,9 +119,10 @@ def is_usual(problem: Problem, effect: Effect) -> bool:
 
 
 def is_whole(vehicle: Vehicle, effect: Effect) -> bool:
-    """Tell whether an effect is no sum of others, or one that a vehicle may well be.
+    """Tell whether an effect may be asked for as a whole.
 
-    One that the file states; or, of a single figure, of whose parts it states none.
+    Most sum up no others. One that does is asked for if the file states it; or if it
+    has a single figure, and the file states none of its parts.
     """
     if not effect.sums or effect.id in vehicle.effects:
         return True

@@ -31,8 +31,8 @@ LATER, STILL = 0.5, 0.5
 filters is not."""
 
 BESIDE = 0.1
-"""That share, of what the causes took out of the channel, below which it is an error of
-their size or course."""
+"""Share of what the causes took out of a channel: if what is still there later is less,
+it is an error of their size or course."""
 
 MOST = 0.5
 """Share of a cause in such channels from which on it is doubtful."""

@@ -34,8 +34,12 @@ LESS_LIKELY = {"iron_loss": 4.0, "throttle_gain": 4.0}
 """Nats that an effect starts behind: one of two figures that do as another effect, or
 one that does, where a throttle hardly changes, what its dead zone does."""
 
+NEARLY = 0.98
+"""Share of the best's nats that a plainer effect must gain to go first."""
+
 AWAY = 2.5
-"""Those beyond which one may stand for a part of a cause, and another for the rest."""
+"""Standard deviations that stated figures have moved from which on one of them may
+stand for a part of a cause, and another for the rest."""
 
 CLEAR = 100.0
 """Nats that a cause must gain that acts in one or two stretches alone."""
@@ -256,10 +260,13 @@ def steady(gains: Array) -> float:
 
 
 def plainest_first(refined: list[Refined]) -> list[Refined]:
-    """Put a plainer effect first that does as well as the best to the last percent."""
+    """Put the best of the plainer effects first, if it gains nearly what the best does.
+
+    Nearly is two percent, and what two effects alike may differ by.
+    """
     if not refined or refined[0].screened.candidate.effect not in LESS_LIKELY:
         return refined
-    least = 0.98 * refined[0].gain - TIED
+    least = NEARLY * refined[0].gain - TIED
     for i, r in enumerate(refined):
         if r.screened.candidate.effect not in LESS_LIKELY and r.gain > least:
             return [r, *refined[:i], *refined[i + 1 :]]

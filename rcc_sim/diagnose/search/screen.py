@@ -21,6 +21,15 @@ from rcc_sim.errors import InputError
 Array = NDArray[np.float64]
 
 TRIES = 7
+"""Linear guesses of a strength, one from the last, at most."""
+
+UNSEEN, BOLDER = 1e-6, 100.0
+"""Size, in squares of the noise's own, below which a signal is none, and times the
+strength that is then tried."""
+
+CLOSE, WORTH = 0.05, 0.5
+"""Share of a strength, and nats, for which no further guess is made."""
+
 TICK, FINER = 0.001, 9
 """Step [s], and steps to each side, by which a clock's period is found finer."""
 
@@ -277,8 +286,8 @@ class Screen:
             whole = self.signal({**held, search.key: x})
             d = whole - before
             size = float(d @ d)
-            if size < 1e-6:
-                x = start + (x - start) * 100
+            if size < UNSEEN:
+                x = start + (x - start) * BOLDER
                 continue
             best = max(best, (self.gain(whole), x))
             if not held:
@@ -291,7 +300,7 @@ class Screen:
                 bends, leapt = False, True  # its slope at the start may be another
                 x = start + (x - start) * sqrt(2 / size)
                 continue
-            if abs(share - 1) < 0.05 or promise < 0.5:
+            if abs(share - 1) < CLOSE or promise < WORTH:
                 break
             x = start + (x - start) * min(max(share, -FARTHEST), FARTHEST)
         while leapt and not held and best[0] > ANOTHER:
