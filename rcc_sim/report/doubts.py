@@ -30,8 +30,7 @@ OF_ITS_OWN = (
 
 AS_A_DRAG = {
     "road_grade": "a drag or a wind that changes with time would do about as well as "
-    "the slope: an accelerometer in the log, or the way back (--back), tells them "
-    "apart",
+    "the slope: {}the way back (--back) tells them apart",
     "headwind": "a drag that changes with time, or a slope, would do about as well as "
     "the wind: an anemometer (headwind_mps) and the road's elevation tell them apart",
 }
@@ -63,7 +62,9 @@ def doubts(found: Diagnosis) -> Iterator[tuple[str, str]]:
         yield "DOUBT", f"{a.cause.effect} {OF_ITS_OWN}"
     for a in filter(is_a_drag_as_well, found.asserted):
         if not felt_otherwise(a.cause, found.gap.findings):
-            yield "DOUBT", AS_A_DRAG[a.cause.effect]
+            felt = "accel_x_mps2" in found.problem.channels
+            more = "" if felt else "an accelerometer in the log, or "
+            yield "DOUBT", AS_A_DRAG[a.cause.effect].format(more)
     yield from left_out(found)
     other = of_another(found.gap.findings)
     many = too_many({a.cause.effect: a.parameters for a in found.asserted})

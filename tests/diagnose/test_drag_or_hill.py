@@ -8,29 +8,48 @@ from scipy.signal import lfilter
 
 from rcc_sim.analyse.logged import Logged
 from rcc_sim.diagnose.causes.cause import Cause
+from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.judge.verdict import probability
+from rcc_sim.diagnose.profiles import drag_or_hill
 from rcc_sim.diagnose.profiles.remainder import Remainder
 from rcc_sim.diagnose.run import diagnose
-from rcc_sim.diagnose.search.taken import beside_a_drag
 from rcc_sim.report.doubts import is_a_drag_as_well
 from rcc_sim.trace import Trace
 from tests.by_hand import STATED, logged, shaft_torque
 from tests.cars import truck
 
-SLOPE = {0: SimpleNamespace(weighed=False)}
+SLOPE = {0: SimpleNamespace(weighed=False, knots=np.zeros(20))}
 NOTHING = Remainder(0.0, "", "", [])
+ENGINE = SimpleNamespace(
+    vehicle=truck(STATED),
+    each=lambda of, every: [of(one) for one in every],
+)
 
 
-def hill(effect="road_grade", drag=0.0, other=0.0, wind=0.0):
-    """A hill of 180 nats, and what would be in its place."""
-    shares = np.array([1.0])
-    rivals = (
-        Remainder(drag, "drag", "time_s", [], shares=shares),
-        Remainder(other, "drag", "speed_mps", [], shares=shares),
-    )
-    left = Remainder(drag, "drag", "time_s", [], shares=shares, rivals=rivals)
-    one = Cause(effect, (), 180.0, profiles=SLOPE, shares=shares)
-    return beside_a_drag(one, left, wind)
+@pytest.fixture
+def hill(monkeypatch):
+    """A hill of 180 nats, and what would be in its place, by any noise."""
+
+    def found(effect="road_grade", drag=0.0, other=0.0, wind=0.0, own=180.0, sharp=1):
+        shares = np.array([1.0])
+        rivals = (
+            Remainder(drag, "drag", "time_s", [], shares=shares),
+            Remainder(other, "drag", "speed_mps", [], shares=shares),
+        )
+        left = Remainder(drag, "drag", "time_s", [], shares=shares, rivals=rivals)
+        one = Cause(effect, (), 180.0, profiles=SLOPE, shares=shares)
+        nats = {
+            "effects.road_grade.slope": own,
+            "effects.headwind.speed_mps": sharp * wind,
+            "effects.drivetrain_friction.torque_nm": sharp * drag,
+        }
+        weighed = lambda engine, fit, key, *how: nats.get(key, 0.0)  # noqa: E731
+        monkeypatch.setattr(drag_or_hill, "with_own_noise", weighed)
+        monkeypatch.setattr(drag_or_hill, "nats_of_gusts", lambda *logs: wind)
+        fit = Fit({}, (), 0.0, 0.0, [], [])
+        return drag_or_hill.beside_a_drag(ENGINE, fit, one, left)
+
+    return found
 
 
 @pytest.mark.parametrize(
@@ -38,7 +57,7 @@ def hill(effect="road_grade", drag=0.0, other=0.0, wind=0.0):
                                 (167.0, 0.9, 0.97), (100.0, 0.99, 1.0)],
 )  # fmt: skip
 @pytest.mark.parametrize("acts", ["drag", "wind"])
-def test_it_is_as_sure_as_it_is_likelier_than_the_drag(drag, least, most, acts):
+def test_it_is_as_sure_as_it_is_likelier_than_the_drag(hill, drag, least, most, acts):
     one = hill(**{acts: drag})
     chance = probability(one, NOTHING)
     assert least <= chance <= most
@@ -67,6 +86,18 @@ def test_gusts_on_a_flat_road_are_no_sure_hill():
     assert found.status != "no_gap"
 
 
-def test_what_follows_the_speed_and_other_causes_are_no_matter():
+@pytest.mark.parametrize("acts", ["drag", "wind"])
+def test_in_doubt_each_is_weighed_with_the_noise_that_it_leaves(hill, acts):
+    """Before any acts the noise holds the hill, and what was felt of it."""
+    one = hill(**{acts: 250.0}, own=600.0, sharp=2)
+    assert one.gain - one.rival == pytest.approx(100.0)
+    assert probability(one, NOTHING) > 0.99
+    other = hill(**{acts: 170.0}, own=300.0, sharp=2)
+    assert probability(other, NOTHING) == 0.5
+    clear = hill(**{acts: 100.0}, own=0.0)  # what is no doubt is not weighed again
+    assert clear.rival == 100.0
+
+
+def test_what_follows_the_speed_and_other_causes_are_no_matter(hill):
     assert probability(hill(other=250.0), NOTHING) > 0.99
     assert hill("auxiliary_load", drag=250.0).rival == 0.0

@@ -135,14 +135,20 @@ class Probe:
     def sharper(
         self, profile: Profile, log: int, x: Array, counts: Iterable[int]
     ) -> Profile:
-        """The same by the noise that it leaves: sharper, and no likelier for it.
+        """The same by the noise that it leaves: sharper, and no likelier for it."""
+        return self.sharpest(profile, log, x, counts)[0]
+
+    def sharpest(
+        self, profile: Profile, log: int, x: Array, counts: Iterable[int]
+    ) -> tuple[Profile, float]:
+        """A profile by the noise that it leaves, and the evidence for both together.
 
         In more windows where they gain ``ENOUGH``, as gentle as is likeliest. What
         varies fast passes for a noise that remembers, which smooths it away: the noise
         is learnt from that of the fit, and from one that remembers nothing.
         """
         if profile.normal is None or profile.evidence <= 0:
-            return profile
+            return profile, profile.evidence
         best, most = profile, profile.evidence
         for n in sorted(counts):
             knots = np.linspace(x.min(), x.max(), n)
@@ -162,7 +168,7 @@ class Probe:
                     sd=found.sd,
                     mean_sd=found.mean_sd,
                 )
-        return best
+        return best, most
 
     def with_noise(self, profile: Profile, log: int, x: Array) -> float:
         """Evidence for a profile and the noise that it leaves, together. [nats]
@@ -265,6 +271,24 @@ class Probe:
     def _left(self, tracks: list[int]) -> list[Array]:
         return [self.fit.residuals[i] for i in tracks]
 
+    @cached_property
+    def _beside(self) -> tuple[Array, Array]:
+        """What other channels say of the knobs: rows R (m, k) and s (m,), as R x + s.
+
+        Without them knobs that turn a vehicle would give way for nothing, and a hill
+        take what it costs to turn.
+        """
+        others = [i for i in range(len(self.engine.tracks)) if i not in self.tracks]
+        some = [(self.fit.noise[i], i) for i in others if self.fit.noise[i].valid.any()]
+        count = len(self.fit.knobs)
+        if not (some and count):
+            return np.zeros((0, count)), np.zeros(0)
+        r = np.concatenate([w(self.fit.residuals[i]) for w, i in some])
+        J = np.vstack([w(self._signals(i)) for w, i in some])
+        W = np.sqrt(weights(r))
+        Q, R = np.linalg.qr(W[:, None] * J)
+        return R, Q.T @ (W * r)
+
     def _weighed(
         self,
         tracks: list[int],
@@ -281,7 +305,9 @@ class Probe:
         J = np.vstack([self._knobs(w, i) for w, i in pairs])
         rest = np.concatenate([w(e) for w, e in zip(noise, left, strict=True)])
         W = np.sqrt(weights(rest))
-        A, r, J = A.times(W), W * r, W[:, None] * J
+        R, s = self._beside
+        A = Strips.stacked([A.times(W), Strips.of(np.zeros((len(s), H.shape[1])))])
+        r, J = np.append(W * r, s), np.vstack([W[:, None] * J, R])
         M, b, back = freed(A, r, J, fit.prior_sd, fit.off)
         evidence, value, sd, mean_sd = likeliest(M, b, prior, H.mean(axis=0))
         cost = float(b @ value - 0.5 * value @ M @ value) - evidence
@@ -297,6 +323,7 @@ class Probe:
         """
         fit = self.fit
         sd, off = fit.prior_sd, fit.off
+        R, s = self._beside
         before = self._left(tracks)
         by = [fit.noise[i] for i in tracks]
         all_in = sum(log_likelihood(w, e) for w, e in zip(by, before, strict=True))
@@ -313,6 +340,7 @@ class Probe:
             now = self._weighed(tracks, H, noise, left, prior)
             likely = sum(log_likelihood(w, e) for w, e in zip(noise, left, strict=True))
             pull = 0.5 * float((((off + now.knobs) / sd) ** 2 - (off / sd) ** 2).sum())
+            pull += 0.5 * float(((s + R @ now.knobs) ** 2 - s**2).sum())
             now = replace(now, evidence=likely - all_in - pull - now.cost)
             if now.evidence > best.evidence:
                 best = now

@@ -22,7 +22,8 @@ from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.fitting.knobs import BIAS
 from rcc_sim.diagnose.fitting.pulls import pulled
-from rcc_sim.diagnose.profiles.gusts import WIND, may_blow, may_gust, nats_of_gusts
+from rcc_sim.diagnose.profiles.drag_or_hill import beside_a_drag
+from rcc_sim.diagnose.profiles.gusts import WIND, may_blow, may_gust
 from rcc_sim.diagnose.profiles.remainder import DRAG_OVER_TIME, Remainder, remainder
 from rcc_sim.diagnose.profiles.varying import (
     enough_of,
@@ -51,8 +52,6 @@ UNLIKE = {"road_grade": 0.85, "auxiliary_load": 0.97, "headwind": 1.0}
 and an unknown drag differ by the accelerometer alone and by their knots; a heater and
 a drag differ by the speed, and in the motor's current. A wind is a drag, but for how
 it grows with the speed."""
-
-HILL = "road_grade"
 
 SOME = 2
 """Causes from which on no more are sought if something unknown outweighs all, or a
@@ -187,9 +186,7 @@ class Taken:
         self.rank(varying.effect, varying.gain)
         left = remainder(self.engine, self.fit)
         if stands_out(varying, left):
-            is_hill = varying.effect == HILL
-            wind = nats_of_gusts(self.engine, self.fit) if is_hill else 0.0
-            varying = beside_a_drag(varying, left, wind)
+            varying = beside_a_drag(self.engine, self.fit, varying, left)
             engine, fit, causes = acting(self.engine, self.fit, self.causes, varying)
             if may_blow(causes[-1]):
                 self.engine, self.fit, self.causes = engine, fit, causes
@@ -327,20 +324,6 @@ def stands_out(varying: Cause, left: Remainder) -> bool:
         left = replace(left, rivals=tuple(others))
     unknown = left.against(varying.effect, varying.shares)
     return varying.gain > UNLIKE[varying.effect] * unknown
-
-
-def beside_a_drag(varying: Cause, left: Remainder, wind: float = 0.0) -> Cause:
-    """Return a hill, or a wind, with the nats of the drag over time in its place.
-
-    In the place of a hill a ``wind`` may be as well. By motion and power alone the two
-    differ in what they run along. Of nine drives over hills, two measured ones among
-    them, the hill is 13 nats likelier in the closest.
-    """
-    if varying.effect not in (HILL, WIND):
-        return varying
-    drags = (r for r in left.rivals if (r.acts_as, r.follows) == DRAG_OVER_TIME)
-    nats = max([wind, *(r.evidence for r in drags)])
-    return replace(varying, rival=max(varying.rival, nats))
 
 
 def needed_gain(causes: Sequence[Cause], where: Array) -> float:
