@@ -123,7 +123,8 @@ def emit_text(
     with nullcontext(sys.stdout) if output is None else atomic(output) as file:
         file.writelines(f"{printable(line)}\n" for line in lines)
         for title, table in tables:
-            print_table(table, title, readable, printable, file)
+            if title or table:
+                print_table(table, title, readable, printable, file)
 
 
 def _write(file: IO[str], document: Any, rows: Rows, json: bool) -> None:

@@ -18,7 +18,7 @@ from rcc_sim.diagnose.fitting.knobs import BIAS, OWN, RADIUS, Knob
 from rcc_sim.diagnose.fitting.pulls import moved, moved_together
 from rcc_sim.diagnose.judge.energies import SHRUNK, stays_off
 from rcc_sim.diagnose.judge.ranking import ranking
-from rcc_sim.diagnose.judge.verdict import INTERVAL, Asserted
+from rcc_sim.diagnose.judge.verdict import INTERVAL, TOLERATED, Asserted
 from rcc_sim.diagnose.next_run.experiment import Experiment
 from rcc_sim.diagnose.profiles.remainder import Remainder
 from rcc_sim.diagnose.proof.by_log import LogEnergy
@@ -220,14 +220,16 @@ class Diagnosis:
     def taken_up(self) -> bool:
         """Whether stated figures, as they moved, close a gap that is no cause's.
 
-        Their sds allow it to the fit; to the energy all of them together do not.
+        Their sds allow it to the fit; to the energy all of them together do not. What
+        is farther off than tolerances may explain takes up nothing.
         """
         before, after = self.proof.before, self.proof.after
         if self.status != "unexplained" or self.left.is_real or before is None:
             return False
         closed = not stays_off(before, after, doubtless=True)
         closed &= self.proof.shrink.explained >= 1 - SHRUNK
-        return closed and bool(self.moved)
+        far = max([self.moved_together, *map(abs, self.moved.values())])
+        return closed and bool(self.moved) and far <= TOLERATED
 
     @cached_property
     def prices(self) -> Prices | None:

@@ -51,7 +51,12 @@ MEANINGS = (
         "motor wheel fan wind",
     ),
     Meaning("motor_torque_nm", "N m", ("torque drehmoment",), "brake wheel target"),
-    Meaning("motor_current_a", "A", ("motor", "current strom"), "target limit max"),
+    Meaning(
+        "motor_current_a",
+        "A",
+        ("motor", "current strom amps amp amperes"),
+        "target limit max",
+    ),
     Meaning("battery_voltage_v", "V", ("voltage spannung volt volts",), OF_BATTERY),
     Meaning("battery_current_a", "A", ("current strom amps amp amperes",), OF_BATTERY),
     Meaning(
@@ -122,10 +127,25 @@ SHORT = {
 }
 """Whole names that loggers abbreviate -> our column."""
 
+IMPLIED = {
+    "m/s": "speed", "A": "current", "V": "voltage", "W": "power", "N m": "torque",
+    "rad/s": "rate", "°C": "temperature",
+}  # fmt: skip
+"""Unit -> the word that it stands for in a name without: "bat_mA", "target_kmh"."""
+
+QUANTITIES = {
+    word
+    for meaning in MEANINGS
+    for group in meaning.words
+    if {*IMPLIED.values()} & {*group.split()}
+    for word in group.split()
+}
+"""The words of which a name has one, else its unit stands for it."""
+
 SPELT = WRITTEN | {
     "mps": "m/s", "sec": "s", "seconds": "s",
     "µs": "us", "nm": "N m", "n·m": "N m", "m/s2": "m/s^2", "m/s²": "m/s^2",
-    "°": "deg", "degrees": "deg", "°/s": "deg/s", "1/min": "rpm",
+    "°": "deg", "degrees": "deg", "°/s": "deg/s", "dps": "deg/s", "1/min": "rpm",
     "°c": "degC", "c": "degC", "volts": "V", "amps": "A",
 }  # fmt: skip
 """How units are written in headers -> how a map names them."""
@@ -241,6 +261,8 @@ def meaning_of(name: str) -> Meaning | None:
     whole = COMPOUND.sub(r"\1 ", whole)
     words = set(re.findall(r"[a-zäöüß0-9]+", whole))
     unit = UNITS.get(unit_in(name), (1.0, ""))[1]
+    if unit in IMPLIED and not words & QUANTITIES:
+        words.add(IMPLIED[unit])
     short = SHORT.get(_joined(UNIT.sub("", name)))
     if not short and unit and not UNIT.search(name):  # "Vbat mV", "ay_g"
         short = SHORT.get(_joined(re.sub(r"[_\s][^_\s]+\s*$", "", name)))

@@ -54,6 +54,11 @@ from tests.program import rccsim
         ("drive.drive.speed", "speed_ref_mps", ""),
         ("/drive/drive/steering_angle", "steer_cmd_rad", ""),
         ("/cmd_vel/linear/x", "speed_ref_mps", ""),
+        ("motor_amps", "motor_current_a", "A"),
+        ("bat_mA", "battery_current_a", "mA"),
+        ("bat_V", "battery_voltage_v", "V"),
+        ("target_kmh", "speed_ref_mps", "km/h"),
+        ("yaw_dps", "yaw_rate_radps", "deg/s"),
         ("/imu/angular_velocity/z", "yaw_rate_radps", ""),
         ("/sensors/core/state/speed", "motor_speed_erpm", ""),
     ],
@@ -67,7 +72,7 @@ def test_a_name_and_its_unit_are_understood(name, column, unit):
     "name", ["Cell Voltage max [V]", "Motor Current limit [A]", "Wheel Speed FL [km/h]",
              "Battery Temperature [°C]", "Speed [V]", "v_in [A]",
              "erpm_cmd", "Gear",
-             "v_m", "ay_V"],
+             "v_m", "ay_V", "limit_A", "cell_V", "wheel_kmh"],
 )  # fmt: skip
 def test_what_only_sounds_alike_is_left_out(name):
     assert meaning_of(name) is None

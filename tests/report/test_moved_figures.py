@@ -93,7 +93,12 @@ def test_a_gap_whose_energy_is_within_doubt_is_one_of_the_signals(within):
     assert ("within what noise" in told) == bool(within)
 
 
-CLOSED = {"status": "unexplained", "asserted": (), "moved": {"tyres.radius_m": 3.0}}
+CLOSED = {
+    "status": "unexplained",
+    "asserted": (),
+    "moved": {"tyres.radius_m": 3.0},
+    "moved_together": 3.5,
+}
 
 
 @pytest.mark.parametrize(
@@ -101,6 +106,8 @@ CLOSED = {"status": "unexplained", "asserted": (), "moved": {"tyres.radius_m": 3
     [
         ({}, True),
         ({"moved": {}}, False),
+        ({"moved": {"tyres.radius_m": -8.7}}, False),
+        ({"moved_together": 13.0}, False),
         ({"left": SimpleNamespace(is_real=True)}, False),
         ({"status": "no_gap"}, False),
         ({"after": 9.0}, False),
