@@ -75,9 +75,6 @@ GIVEN = {STAND: "its log as --on-stand"}
 BY_FIGURES = "more of it by shifts of stated figures than by the cause"
 """What closes an energy gap where a cause shows in the course of the signals alone."""
 
-NOTHING = 1.9
-"""Width of an interval of what is gone, from -1 to 1 at most, that tells nothing."""
-
 RUNS = 3
 """Runs to drive next that are told."""
 
@@ -324,7 +321,7 @@ def _proof(found: Diagnosis) -> Iterator[tuple[str, str]]:
     )
     if s.low < 0:
         gone += ": hardly anything was, so that is not sure"
-    if s.high - s.low >= NOTHING:
+    if not s.tells:
         gone = "too little is beyond noise, row by row, to tell what of it is gone"
     if found.courses_fitted:
         energy += "; the course of what varies was fitted there as well"

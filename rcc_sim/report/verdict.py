@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rcc_sim.diagnose.judge.energies import stays_off
+from rcc_sim.diagnose.proof.shrink import TELLS_NOTHING
 from rcc_sim.report.text import figures, listed, percent, probable, signed
 from rcc_sim.units import SUFFIXES, unit_of
 
@@ -263,8 +264,10 @@ def _because(diagnosis: Mapping[str, Any]) -> str:
     explained = shrink.get("explained")
     if explained is None:
         return text + "it"
+    low, high = (shrink.get(end, explained) for end in ("low", "high"))
+    if high - low >= TELLS_NOTHING:
+        return text + "it"
     text += f"{percent(explained)} of what is beyond noise"
-    low = shrink.get("low", explained)
     if low < explained - VAGUE:
         text += f" ({percent(low)} at least)" if low > 0 else ", or nothing"
     if shrink.get("held_out"):

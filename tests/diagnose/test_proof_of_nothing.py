@@ -9,7 +9,7 @@ from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.causes.candidates import candidates_for
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.proof.folds import halves
-from rcc_sim.diagnose.proof.shrink import hold_out
+from rcc_sim.diagnose.proof.shrink import Shrink, hold_out
 from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.search.compete import compete
 from tests import scaled_drive
@@ -37,10 +37,10 @@ def test_stated_figures_alone_close_nothing(competed):
     engine, found = competed
     none = shrink(engine, found.null, found.null)
     assert none.explained < 0.3
-    assert none.nats == 0.0 and none.is_none
+    assert none.nats == 0.0 and none.may_be_none
     mended = shrink(engine, found.fit, found.null)
     assert mended.explained > 0.9
-    assert mended.nats > 100 and not mended.is_none
+    assert mended.nats > 100 and not mended.may_be_none
 
 
 def test_a_cause_of_the_wrong_size_is_told(competed):
@@ -58,3 +58,16 @@ def test_a_cause_of_the_wrong_size_is_told(competed):
     )
     assert told.explained == -1.0 and told.after > 2 * told.before
     assert np.isfinite(told.nats) and told.nats < 0
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "nats", "nil"),
+    [
+        (0.3, 0.9, 40.0, False),
+        (-0.2, 0.3, 40.0, True),  # hardly anything is gone
+        (-1.0, 1.0, 40.0, False),  # too little is beyond noise to tell
+        (0.3, 0.9, -1.0, True),
+    ],
+)
+def test_a_cause_that_may_do_nothing_on_rows_held_out_is_told(low, high, nats, nil):
+    assert Shrink(0.1, 0.05, 0.5, low, high, nats).may_be_none is nil

@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from rcc_sim.diagnose.proof.shrink import Shrink
 from rcc_sim.report.doubts import SURE
 from rcc_sim.report.screen import _ledger, _proof, _verdict
 
@@ -20,7 +21,7 @@ def found(probabilities=(), shrink=(0.9, 0.8, 1.0)):
         asked=(),
         asserted=[SimpleNamespace(probability=p) for p in probabilities],
         proof=SimpleNamespace(
-            shrink=SimpleNamespace(explained=explained, low=low, high=high),
+            shrink=Shrink(1.0, 1.0 - explained, explained, low, high),
             before=None,
             after=None,
             by_torque=False,

@@ -76,7 +76,7 @@ def proven(
         refuted = tuple(c.effect for c in stands.causes)
         stands = only(engine, found, stands, [])
         proved = how(stands.engine, fit=stands.fit, level={})
-    unproven = not fresh and proved.shrink.is_none
+    unproven = not fresh and proved.shrink.may_be_none
     unproven |= stays_off(
         proved.before, proved.after, noise_of(gaps), doubtless=doubtless
     )

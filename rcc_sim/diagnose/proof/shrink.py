@@ -31,6 +31,9 @@ Left = list[Array]
 PIECES = 20
 """Pieces of the rows that are judged, over which the interval is taken."""
 
+TELLS_NOTHING = 1.9
+"""Width of an interval of what is gone, from -1 to 1 at most, that tells nothing."""
+
 TINY = 1e-9
 """Mean square beyond noise that is none."""
 
@@ -61,9 +64,18 @@ class Shrink:
     nats: float = 0.0
 
     @property
-    def is_none(self) -> bool:
-        """Whether causes do nothing there that stated figures do not."""
-        return self.nats <= 0.0
+    def may_be_none(self) -> bool:
+        """Whether causes may do nothing there that stated figures do not.
+
+        Of 116 drives of which causes that acted were named, none has a share whose
+        interval reaches nil.
+        """
+        return self.nats <= 0.0 or (self.low < 0.0 and self.tells)
+
+    @property
+    def tells(self) -> bool:
+        """Whether enough is beyond noise, row by row, to tell what of it is gone."""
+        return self.high - self.low < TELLS_NOTHING
 
 
 UNPROVEN = Shrink(0.0, 0.0, 0.0, -1.0, 1.0)
