@@ -26,6 +26,7 @@ from rcc_sim.report.html_parts import OTHER_DRIVE, OTHERS, SMALL
 from rcc_sim.report.promise import promise
 from rcc_sim.report.text import (
     figures,
+    listed,
     percent,
     printable,
     probable,
@@ -62,6 +63,9 @@ MARGIN = 9
 
 LEAST_BARS, MOST_BARS = 15, 60
 """Columns that a line of bars takes."""
+
+STEPS = 4
+"""Times at most at which a cause goes from low to high, or back, that are told."""
 
 SHOWN = 4
 """Logs, kinds of driving and stretches that are told at most."""
@@ -124,6 +128,7 @@ def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
     for a in found.asserted:
         yield "CAUSE", _cause(a, len(found.gaps))
         yield from (("", text) for text in _each(found, a))
+        yield from (("", text) for text in _steps(found, a))
     if found.withdrawn:
         yield (
             "AGAINST",
@@ -281,6 +286,18 @@ def _each(found: Diagnosis, a: Asserted) -> Iterator[str]:
         rest = len(told) - SHOWN
         more = f", and {counted(rest, 'more log')}" * (rest > 0)
         yield f"mean {name} by log: {', '.join(told[:SHOWN])}{more}"
+
+
+def _steps(found: Diagnosis, a: Asserted) -> Iterator[str]:
+    """Yield when what varies goes from low to high, or back, if it seldom does."""
+    profile = a.cause.profiles.get(found.shown)
+    if profile is None or not a.cause.over_time:
+        return
+    at = profile.half_way
+    if 0 < len(at) <= STEPS:
+        first = "low" if profile.value[0] < profile.at(at[-1:])[0] else "high"
+        told = listed([figures(x, 3) for x in at])
+        yield f"{first} at first; half-way to the other end at {told} s"
 
 
 def _ends(x: Estimate) -> str:

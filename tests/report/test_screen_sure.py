@@ -1,12 +1,16 @@
 """What is not for sure is said so: a cause that may be none, a proof on too little."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
+from rcc_sim.diagnose.causes.cause import Cause
+from rcc_sim.diagnose.causes.profile import Profile
 from rcc_sim.diagnose.proof.shrink import Shrink
 from rcc_sim.report.doubts import SURE
-from rcc_sim.report.screen import _ledger, _proof, _verdict
+from rcc_sim.report.screen import _ledger, _proof, _steps, _verdict
 
 
 def found(probabilities=(), shrink=(0.9, 0.8, 1.0)):
@@ -70,3 +74,27 @@ def test_without_a_cause_it_is_told_what_stated_figures_are_worth(by_figures, to
     one.gap = one.gaps[0]
     text = "shifts of stated figures −0.06 Wh, unexplained +0.01 Wh"
     assert [*_ledger(one)] == [("ENERGY", text)] * told
+
+
+@pytest.mark.parametrize(
+    ("power", "told"),
+    [
+        ([450, 450, 1650, 1650], ["low at first; half-way to the other end at 240 s"]),
+        ([900, 900, 100, 900], ["high at first; half-way to the other end at 240 and "
+                                "400 s"]),
+        ([450, 450, 450, 450], []),  # it does not vary
+        ([0, 9, 0, 9, 0, 9, 0, 9], []),  # it does so all the time
+    ],
+)  # fmt: skip
+def test_when_a_load_is_switched_is_told(power, told):
+    knots = np.array([0.0, 160.0, 320.0, 480.0, *range(500, 900, 100)])[: len(power)]
+    value = np.array(power, dtype=float)
+    load = Profile(
+        "effects.auxiliary_load.power_w", "time_s", knots, value, value, 99.0
+    )
+    cause = Cause("auxiliary_load", (key,), 99.0, profiles={0: load})
+    one = SimpleNamespace(cause=cause)
+    assert list(_steps(SimpleNamespace(shown=0), one)) == told
+    along = replace(load, along="distance_m")
+    hill = SimpleNamespace(cause=replace(cause, profiles={0: along}))
+    assert list(_steps(SimpleNamespace(shown=0), hill)) == []

@@ -91,6 +91,20 @@ class Profile:
         """Strength at a coordinate; the ends hold beyond them."""
         return np.interp(x, self.knots, self.value)
 
+    @property
+    def half_way(self) -> Array:
+        """Coordinates at which it is half-way between its least and its greatest.
+
+        >>> x, y = np.array([0.0, 10.0, 20.0]), np.array([1.0, 1.0, 3.0])
+        >>> Profile("", "time_s", x, y, 0 * y, 0.0).half_way.tolist()
+        [15.0]
+        """
+        off = self.value - 0.5 * (self.value.min() + self.value.max())
+        i = np.flatnonzero(off[:-1] * off[1:] < 0)
+        share = off[i] / (off[i] - off[i + 1])
+        at: Array = self.knots[i] + share * np.diff(self.knots)[i]
+        return at
+
     def raised(self, level: float) -> Profile:
         """Return it on top of so much more."""
         return replace(self, value=self.value + level)
