@@ -92,7 +92,7 @@ def test_when_a_load_is_switched_is_told(power, told):
     load = Profile(
         "effects.auxiliary_load.power_w", "time_s", knots, value, value, 99.0
     )
-    cause = Cause("auxiliary_load", (key,), 99.0, profiles={0: load})
+    cause = Cause("auxiliary_load", (load.key,), 99.0, profiles={0: load})
     one = SimpleNamespace(cause=cause)
     assert list(_steps(SimpleNamespace(shown=0), one)) == told
     along = replace(load, along="distance_m")
