@@ -249,7 +249,8 @@ def test_a_profile_that_does_nothing_for_rows_held_out_is_refuted():
     """Whatever tolerances allow: a load for a patch of ice explained 0.6 % of a gap."""
     gap = SimpleNamespace(energy=SimpleNamespace(noise_wh=0.09, measured_wh=0.4))
     load = Cause("auxiliary_load", ("effects.auxiliary_load.power_w",), 120.0)
-    varying = replace(load, profiles={0: SimpleNamespace(along="time_s")})
+    profile = SimpleNamespace(along="time_s", beside_drift=False)
+    varying = replace(load, profiles={0: profile})
 
     def refuted(cause, explained, after):
         shrink = Shrink(0.1, 0.1, explained, -1.0, 1.0)
@@ -260,6 +261,9 @@ def test_a_profile_that_does_nothing_for_rows_held_out_is_refuted():
     assert not refuted(varying, -0.001, 12.0)  # the energy shrinks
     assert not refuted(varying, 0.9, 36.5)  # the rows do
     assert not refuted(load, -0.001, 36.5)  # too weak to show in either
+    drift = SimpleNamespace(along="time_s", beside_drift=True)
+    gauged = replace(load, profiles={0: drift})
+    assert not refuted(gauged, -0.001, 36.5)  # a gauge that drifts takes the rest
 
 
 def test_causes_that_do_nothing_for_rows_held_out_are_withdrawn():

@@ -91,9 +91,10 @@ def is_refuted(
 
     Where a gap is ``doubtless`` they do nothing for it there; nor does a profile,
     though it was fitted there too. Or they open one, which what each drive has of its
-    own may, being another on rows held out.
+    own may, being another on rows held out. What was found beside a gauge that drifts
+    is not refuted by an energy that the drift takes.
     """
-    if not causes:
+    if all(is_beside_drift(c) for c in causes):
         return False
     before, after = proved.before, proved.after
     asked = doubtless or any(c.profiles for c in causes)
@@ -101,6 +102,11 @@ def is_refuted(
         return True
     steady = not any(c.over_time for c in causes)
     return steady and worsens(before, after, noise_of(gaps))
+
+
+def is_beside_drift(cause: Cause) -> bool:
+    """Tell whether a cause varies, and was weighed beside the drift of a gauge."""
+    return bool(cause.profiles) and all(p.beside_drift for p in cause.profiles.values())
 
 
 def opens_gaps(by_log: Sequence[LogEnergy]) -> bool:
