@@ -80,4 +80,11 @@ def wander(
     stated = sensor.noise_sd.value if sensor and sensor.noise_sd else 0.0
     if off > max(FAR, stated):
         return None
-    return Wander(off, slope.evidence > nats + FELT, off <= stated)
+    likelier = slope.evidence - nats
+    if 0.0 < likelier < FELT:  # by the noise that each leaves
+        count = (len(drag.knots),)
+        other = Probe(engine, fit, drag.key)
+        _, felt = probe.sharpest(slope, log, x, count)
+        _, dragged = other.sharpest(drag, log, x, count)
+        likelier = felt - dragged
+    return Wander(off, likelier > FELT, off <= stated)
