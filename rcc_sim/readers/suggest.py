@@ -261,14 +261,20 @@ def meaning_of(name: str) -> Meaning | None:
     whole = COMPOUND.sub(r"\1 ", whole)
     words = set(re.findall(r"[a-zäöüß0-9]+", whole))
     unit = UNITS.get(unit_in(name), (1.0, ""))[1]
-    if unit in IMPLIED and not words & QUANTITIES:
-        words.add(IMPLIED[unit])
     short = SHORT.get(_joined(UNIT.sub("", name)))
     if not short and unit and not UNIT.search(name):  # "Vbat mV", "ay_g"
         short = SHORT.get(_joined(re.sub(r"[_\s][^_\s]+\s*$", "", name)))
     if short:
         fits = unit in ("", unit_of(short))
         return Meaning(short, unit_of(short), ()) if fits else None
+    found = fitting(words, unit)
+    if found is None and unit in IMPLIED and not words & QUANTITIES:
+        found = fitting(words | {IMPLIED[unit]}, unit)
+    return found
+
+
+def fitting(words: set[str], unit: str) -> Meaning | None:
+    """Return the first meaning that fits a name's words, and its unit if it has one."""
     for meaning in MEANINGS:
         fits = all(words & set(group.split()) for group in meaning.words)
         if not fits or words & set(meaning.never.split()):
