@@ -9,9 +9,11 @@ from scipy.signal import lfilter
 from rcc_sim.analyse.logged import Logged
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose.causes.profile import Profile
 from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.knobs import nuisance_knobs
+from rcc_sim.diagnose.profiles import altimeter
 from rcc_sim.diagnose.profiles.as_felt import as_felt, felt_slope
 from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.run import diagnose
@@ -141,3 +143,37 @@ def test_a_road_on_which_a_log_is_less_likely_is_not_the_one_that_was_felt(monke
     kept = as_felt(engine)
     assert (kept.engine, kept.wanders) == (engine, {})
     assert kept.null.values == plain.values
+
+
+@pytest.mark.parametrize(
+    ("likelier", "felt", "dragged", "known"),
+    [
+        (25.0, None, None, True),  # clear by the noise of the fit
+        (10.0, 200.0, 150.0, True),  # in doubt: by the noise that each leaves
+        (10.0, 160.0, 150.0, False),
+        (-1.0, None, None, False),  # never where a slope is no likelier
+    ],
+)
+def test_what_the_accelerometer_felt_is_judged_sharply_in_doubt(
+    monkeypatch, likelier, felt, dragged, known
+):
+    t = np.arange(0.0, 100.0, 0.1)
+    log = {"time_s": t, "speed_mps": np.full(len(t), 10.0), "elevation_m": 0.1 * t}
+    engine = Engine([problem_of(Trace(log, name="way"), CAR)])
+    knots = np.linspace(0.0, 100.0, 12)
+    small = 1e-3 * np.sin(knots)
+    drag = Profile("drag", "time_s", knots, small, small, 100.0)
+
+    class Weighed:
+        def __init__(self, logs, fit, key):
+            self.key = key
+
+        def profile(self, log, along, x, count):
+            return replace(drag, key=self.key, evidence=100.0 + likelier)
+
+        def sharpest(self, profile, log, x, counts):
+            return profile, dragged if self.key == "drag" else felt
+
+    monkeypatch.setattr(altimeter, "Probe", Weighed)
+    found = altimeter.wander(engine, None, drag, 100.0, 0)
+    assert found.is_felt is known
