@@ -15,7 +15,7 @@ from rcc_sim.diagnose.causes.cause import ANOTHER_VEHICLE
 from rcc_sim.diagnose.causes.prices import Prices, prices
 from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.fitting.knobs import BIAS, OWN, RADIUS, Knob
-from rcc_sim.diagnose.fitting.pulls import moved, moved_together
+from rcc_sim.diagnose.fitting.pulls import farthest, moved, moved_together
 from rcc_sim.diagnose.judge.energies import SHRUNK, stays_off
 from rcc_sim.diagnose.judge.ranking import ranking
 from rcc_sim.diagnose.judge.verdict import INTERVAL, TOLERATED, Asserted
@@ -228,7 +228,7 @@ class Diagnosis:
             return False
         closed = not stays_off(before, after, doubtless=True)
         closed &= self.proof.shrink.explained >= 1 - SHRUNK
-        far = max([self.moved_together, *map(abs, self.moved.values())])
+        far = farthest(self.moved, self.moved_together)
         return closed and bool(self.moved) and far <= TOLERATED
 
     @cached_property

@@ -22,7 +22,7 @@ from rcc_sim.diagnose.causes.candidates import candidates_for
 from rcc_sim.diagnose.diagnosis import Diagnosis
 from rcc_sim.diagnose.fitting.engine import MEMORY, Engine
 from rcc_sim.diagnose.fitting.fit import Fit
-from rcc_sim.diagnose.fitting.pulls import moved, moved_together
+from rcc_sim.diagnose.fitting.pulls import farthest, moved, moved_together
 from rcc_sim.diagnose.fitting.tips import no_surer
 from rcc_sim.diagnose.judge.apart_from_nil import apart_from_nil
 from rcc_sim.diagnose.judge.direct import felt_otherwise
@@ -197,7 +197,7 @@ def farthest_moved(fit: Fit, stated: Mapping[str, float], gaps: Sequence[Gap]) -
     """
     if any(of_another(g.findings) for g in gaps):
         return inf
-    return max([moved_together(fit, stated), *map(abs, moved(fit, stated).values())])
+    return farthest(moved(fit, stated), moved_together(fit, stated))
 
 
 @contextmanager

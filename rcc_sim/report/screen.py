@@ -296,7 +296,7 @@ def _steps(found: Diagnosis, a: Asserted) -> Iterator[str]:
     at = profile.half_way
     if 0 < len(at) <= STEPS:
         first = "low" if profile.value[0] < profile.at(at[-1:])[0] else "high"
-        told = listed([figures(x, 3) for x in at])
+        told = listed([figures(round(x, 1), 12) for x in at.tolist()])
         yield f"{first} at first; half-way to the other end at {told} s"
 
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from rcc_sim.diagnose.judge.energies import stays_off
-from rcc_sim.diagnose.proof.shrink import TELLS_NOTHING
+from rcc_sim.diagnose.judge.energies import TELLS_NOTHING, stays_off
 from rcc_sim.report.text import figures, listed, percent, probable, signed
 from rcc_sim.units import SUFFIXES, unit_of
 

@@ -57,6 +57,8 @@ def with_all_figures(
         return out, fit
     free = [*(k for k in fit.knobs if k.key not in more), *more.values()]
     neutral = {k.key: k.value for k in more.values()}
-    starts = [fit.values | even, *([neutral | fit.values] if more else [])]
-    tried = engine.each(lambda start: descent.fit(engine, start, free), starts)
-    return out, max([*([] if more else [fit]), *tried], key=lambda f: f.score)
+    starts = [neutral | fit.values] if more else []  # else they are free, and fitted
+    tried = engine.each(
+        lambda start: descent.fit(engine, start, free), [*starts, fit.values | even]
+    )
+    return out, max(tried if more else [fit, *tried], key=lambda f: f.score)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from math import isfinite, log
 
 import numpy as np
@@ -29,6 +29,11 @@ def moved(fit: Fit, stated: Collection[str]) -> dict[str, float]:
     pulls = {told: _pull(fit, k) for told, k in _tolerances(fit, stated).items()}
     far = sorted((k for k in pulls if abs(pulls[k]) >= 1), key=lambda k: -abs(pulls[k]))
     return {key: pulls[key] for key in far}
+
+
+def farthest(pulls: Mapping[str, float], together: float) -> float:
+    """Return by how many sds figures are off, the farthest or all together."""
+    return max([together, *map(abs, pulls.values())])
 
 
 def moved_together(fit: Fit, stated: Collection[str]) -> float:

@@ -8,6 +8,9 @@ SHRUNK, NO_ENERGY = 1 / 3, 1.5
 """Share to which the energy gap, and what is beyond noise, have to shrink on rows that
 no fit saw; size below which the first need not. [1], [%]"""
 
+TELLS_NOTHING = 1.9
+"""Width of an interval of what is gone, from -1 to 1 at most, that tells nothing."""
+
 
 def grew(before: float, after: float) -> bool:
     """Tell whether an energy gap [%] is larger than before, beyond what is none."""

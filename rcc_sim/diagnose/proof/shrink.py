@@ -21,6 +21,7 @@ from rcc_sim.definitions.figure import Z_90
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.fitting.knobs import figures_of
+from rcc_sim.diagnose.judge.energies import TELLS_NOTHING
 from rcc_sim.diagnose.noise.whitener import log_density
 from rcc_sim.diagnose.proof.folds import Mask, restricted
 
@@ -30,9 +31,6 @@ Left = list[Array]
 
 PIECES = 20
 """Pieces of the rows that are judged, over which the interval is taken."""
-
-TELLS_NOTHING = 1.9
-"""Width of an interval of what is gone, from -1 to 1 at most, that tells nothing."""
 
 TINY = 1e-9
 """Mean square beyond noise that is none."""
@@ -67,8 +65,8 @@ class Shrink:
     def may_be_none(self) -> bool:
         """Whether causes may do nothing there that stated figures do not.
 
-        Of 116 drives of which causes that acted were named, none has a share whose
-        interval reaches nil.
+        Of 111 drives of the blind plant with causes that act and were found, the least
+        such interval begins at 0.29.
         """
         return self.nats <= 0.0 or (self.low < 0.0 and self.tells)
 
