@@ -104,6 +104,8 @@ class Diagnosis:
         if self.left.is_real:
             unexplained |= {"acts_as": self.left.acts_as, "follows": self.left.follows}
             unexplained |= {"may_be": list(self.may_be)} if self.may_be else {}
+            if self.left.profile:
+                unexplained["course"] = self.left.profile.document()
             if len(self.gaps) > 1:
                 unexplained["log"] = self.gaps[self.left.log].log
         return {

@@ -40,9 +40,13 @@ WAYS = {
     "power": "a power",
     "steer": "an angle of the wheels",
     "grip": "a grip",
+    "efficiency": "an efficiency",
     "feed": "an infeed to the battery (or a meter off by it)",
 }
 """Way of acting -> what it is."""
+
+MENDS = {"efficiency": "a measured map states that: effects.motor_efficiency.map"}
+"""Way of acting -> what states it, where something does."""
 
 
 def title_of(column: str) -> str:

@@ -20,7 +20,7 @@ from rcc_sim.diagnose.judge.verdict import (
     Estimate,
 )
 from rcc_sim.diagnose.next_run.menu import STAND
-from rcc_sim.report.channels import way_of
+from rcc_sim.report.channels import MENDS, way_of
 from rcc_sim.report.doubts import SURE, doubts
 from rcc_sim.report.html_parts import OTHER_DRIVE, OTHERS, SMALL
 from rcc_sim.report.promise import promise
@@ -153,7 +153,8 @@ def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
                 f"{w['start_s']:.1f} to {w['end_s']:.1f} s"
                 for w in left.windows[:SHOWN]
             )
-            + "".join(f"; --candidates {name} asks for that" for name in found.may_be),
+            + "".join(f"; --candidates {name} asks for that" for name in found.may_be)
+            + "".join(f"; {MENDS[name]}" for name in MENDS if name == left.acts_as),
         )
     unseen = found.not_identifiable
     if unseen:

@@ -31,11 +31,8 @@ from rcc_sim.diagnose.judge.verdict import (
     verdict,
 )
 from rcc_sim.diagnose.noise.whitener import Whitener
-from rcc_sim.diagnose.profiles.remainder import (
-    DRAG_OVER_TIME,
-    UNKNOWN_ENOUGH,
-    Remainder,
-)
+from rcc_sim.diagnose.profiles.forms import DRAG_OVER_TIME
+from rcc_sim.diagnose.profiles.remainder import UNKNOWN_ENOUGH, Remainder
 from rcc_sim.diagnose.proof.hold_out import Proof
 from rcc_sim.diagnose.proof.proven import is_refuted
 from rcc_sim.diagnose.proof.shrink import Shrink

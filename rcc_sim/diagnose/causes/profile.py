@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import inf
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -108,6 +109,17 @@ class Profile:
     def raised(self, level: float) -> Profile:
         """Return it on top of so much more."""
         return replace(self, value=self.value + level)
+
+    def document(self) -> dict[str, Any]:
+        """Return what JSON says of it: a figure, and by how much it is off, and where.
+
+        >>> x, y = np.array([0.0, 10.0]), np.array([1.0, 2.0])
+        >>> Profile("effects.a.b", "time_s", x, y, 0 * y, 0.0).document()["at"]
+        [0.0, 10.0]
+        """
+        told = {"at": self.knots, "value": self.value, "sd": self.sd}
+        lists = {name: x.tolist() for name, x in told.items()}
+        return {"figure": self.key, "along": self.along} | lists
 
     def cut_to(self, low: float, high: float) -> tuple[Profile, Profile]:
         """Return it where it is possible, else at the nearest bound; and the rest."""

@@ -17,6 +17,7 @@ from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.fitting.without import without
 from rcc_sim.diagnose.judge.ties import Rival, settled
 from rcc_sim.diagnose.judge.verdict import may_be_nil
+from rcc_sim.diagnose.profiles.beside_losses import beside_losses
 from rcc_sim.diagnose.profiles.remainder import (
     UNKNOWN_ENOUGH,
     Remainder,
@@ -100,7 +101,7 @@ def what_stands(
     """
     with_fewer = partial(only, engine, found)
     told("what is left")
-    left = remainder(found.engine, found.fit, constant(found.causes))
+    left = left_by(found.engine, found.fit, found.causes)
     all_of = Standing(found.engine, found.fit, list(found.causes), left)
     steady = with_fewer(all_of, [c for c in all_of.causes if is_steady(c, left)])
     now = with_fewer(steady, standing(steady))
@@ -108,7 +109,7 @@ def what_stands(
     told("what these logs cannot tell apart")
     known = settled(now.engine, now.fit, now.causes, candidates)
     if known.fit is not now.fit:
-        left = remainder(now.engine, known.fit, constant(known.causes))
+        left = left_by(now.engine, known.fit, known.causes)
         now = replace(now, fit=known.fit, left=left)
     now = replace(now, causes=known.causes, rivals=known.rivals)
     if now.fit is not steady.fit:  # of that one it was asked
@@ -142,7 +143,7 @@ def only(
     start = {k.key: known.get(k.key, k.value) for k in kept}
     start |= {k: x for k, x in now.fit.values.items() if k in mine}  # some have no knob
     fit = descent.fit(acting, start, kept)
-    left = remainder(acting, fit, constant(causes))
+    left = left_by(acting, fit, causes)
     return replace(now, engine=acting, fit=fit, causes=causes, left=left)
 
 
@@ -154,6 +155,12 @@ def varying_as(engine: Engine, found: Explanation, causes: Sequence[Cause]) -> E
     for cause in varying:
         engine = with_acting(engine, cause.profiles)
     return engine
+
+
+def left_by(engine: Engine, fit: Fit, causes: Sequence[Cause]) -> Remainder:
+    """Return what causes that act leave, those that vary on the engine's logs."""
+    left = remainder(engine, fit, constant(causes))
+    return beside_losses(engine, fit, causes, left, acting=True)
 
 
 def constant(causes: Sequence[Cause]) -> dict[str, tuple[str, ...]]:

@@ -13,8 +13,9 @@ from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.fitting.knobs import nuisance_knobs, scale_key
 from rcc_sim.diagnose.profiles.altimeter import Wander
+from rcc_sim.diagnose.profiles.forms import carrier_of
 from rcc_sim.diagnose.profiles.probe import Probe
-from rcc_sim.diagnose.profiles.remainder import acting_as, as_heights, carrier_of
+from rcc_sim.diagnose.profiles.remainder import acting_as, as_heights
 from rcc_sim.diagnose.profiles.varying import WINDOW_COUNTS
 from rcc_sim.diagnose.residuals.shapes import ALTIMETER
 

@@ -9,14 +9,10 @@ from rcc_sim.diagnose.causes.candidates import has_needs
 from rcc_sim.diagnose.causes.cause import ENOUGH, PROFILES, Cause
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
+from rcc_sim.diagnose.profiles.forms import DRAG_OVER_TIME, FOLLOWS, carrier_of
 from rcc_sim.diagnose.profiles.gusts import COUNTS, WIND, nats_of_gusts
 from rcc_sim.diagnose.profiles.probe import Probe
-from rcc_sim.diagnose.profiles.remainder import (
-    DRAG_OVER_TIME,
-    FOLLOWS,
-    Remainder,
-    carrier_of,
-)
+from rcc_sim.diagnose.profiles.remainder import Remainder
 from rcc_sim.diagnose.profiles.switched import LOAD
 from rcc_sim.diagnose.profiles.varying import WINDOW_COUNTS, every_count, held
 from rcc_sim.physics.effects import EFFECTS

@@ -28,6 +28,7 @@ from rcc_sim.diagnose.causes.strengths import (
     likeliest,
     prior_of,
     priors_of,
+    smooth,
     windows,
 )
 from rcc_sim.diagnose.fitting.engine import Engine
@@ -88,6 +89,31 @@ class Probe:
         probe.fit, probe._white, probe._without = (
             replace(self.fit, residuals=left), {}, {},
         )  # fmt: skip
+        return probe
+
+    def giving_way(self, rival: Profile) -> Probe:
+        """Return it where the course of another figure may take its part, in all logs.
+
+        Of that course is known how large it is and how little it changes from knot to
+        knot: it is Z z, with z independent of each other and of sd 1.
+        """
+        other = Probe(self.engine, self.fit, rival.key)
+        count, problems = len(rival.knots), self.engine.problems
+        Z = rival.rms * np.linalg.inv(np.linalg.cholesky(smooth(count))).T
+        along = [windows(p.coordinate(rival.along), rival.knots) @ Z for p in problems]
+        tracks = list(zip(self.engine.tracks, other.signal, strict=True))
+        more = [Knob(f"course.{j}", 0.0, 1.0) for j in range(count)]
+        signals = [[x * along[i][:, j] for (i, _), x in tracks] for j in range(count)]
+        probe = copy(self)
+        probe.fit, probe._white, probe._without = (
+            replace(
+                self.fit,
+                values=self.fit.values | {k.key: k.value for k in more},
+                knobs=(*self.fit.knobs, *more),
+                signals=[*self.fit.signals, *signals],
+            ), {}, {},
+        )  # fmt: skip
+        probe.__dict__.pop("_beside", None)
         return probe
 
     @property

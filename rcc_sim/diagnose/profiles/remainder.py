@@ -19,9 +19,23 @@ from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.fitting.knobs import Knob
 from rcc_sim.diagnose.noise.whitener import log_density
 from rcc_sim.diagnose.profiles.altimeter import Wander, wander
+from rcc_sim.diagnose.profiles.forms import (
+    AFTER,
+    CARRIERS,
+    CHANGES,
+    CORNERING,
+    DRAG_OVER_TIME,
+    EFFICIENT,
+    FEED,
+    FOLLOWS,
+    ITSELF,
+    MODELLED,
+    OTHERS,
+    STEERING,
+    carrier_of,
+)
 from rcc_sim.diagnose.profiles.probe import Probe
-from rcc_sim.diagnose.residuals.problem import SINCE_BRAKING, SINCE_STANDING
-from rcc_sim.diagnose.residuals.shapes import LATERAL, STIFFNESS
+from rcc_sim.diagnose.residuals.shapes import LATERAL
 
 Array = NDArray[np.float64]
 
@@ -41,52 +55,6 @@ in cornering, none was more restless there than by 2."""
 EXACT = 1e-3
 """Share of how a channel moves below which no model is exact: over ten hours that is
 more nats than chance leaves in ten minutes."""
-
-STEERING = "steer_cmd_rad"
-
-CARRIERS = {
-    "drag": ("effects.drivetrain_friction.torque_nm", "effects.road_load.a_n"),
-    "power": ("effects.auxiliary_load.power_w",),
-    "steer": ("effects.steering_offset.angle_rad",),
-    "grip": (STIFFNESS[0],),
-}
-"""How something unknown may act: as a drag, a power, an angle of the wheels, a grip
-that changes; and the figure by which the model is made to do so (the second, where a
-file states it)."""
-
-CORNERING = ("steer", "grip")
-"""Those of them that show in cornering alone."""
-
-ITSELF = {"auxiliary_load": "power"}
-"""Effect -> the way of acting that is its own."""
-
-DRAG_OVER_TIME = ("drag", "time_s")
-"""How a rough road acts, and what it follows."""
-
-FEED = "feed"
-"""How what a load would have to be below nil acts."""
-
-FOLLOWS: dict[str, tuple[int, ...]] = {
-    "time_s": (25, 40),
-    "speed_mps": (16,),
-    STEERING: (16,),
-    SINCE_BRAKING: (12, 24),
-    SINCE_STANDING: (12, 24),
-}
-"""What it may follow, and by how many knots."""
-
-AFTER = (SINCE_BRAKING, SINCE_STANDING)
-MODELLED = ("speed_mps", *AFTER)
-"""Those of them that the model knows where the log has no such column."""
-
-GRIPS = {"time_s": (40, 120), "speed_mps": (16,), STEERING: (16,)}
-"""What a grip may follow: a patch is short, and no noise of cornering is slow."""
-
-CHANGES = {
-    "time_s": (4, 8, 16), STEERING: (8, 16),
-    SINCE_BRAKING: (12,), SINCE_STANDING: (12,),
-}  # fmt: skip
-"""What a cause that was taken as constant may change with, and by how many knots."""
 
 BURST, BURST_ROWS = 1.0, 20
 """Shortest window [s], and fewest rows, in which cornering may be restless."""
@@ -127,6 +95,8 @@ class Remainder:
         What an altimeter that wanders would make of it.
     opens_gap : bool
         The energy is off by more than its doubt, as no rough road has it.
+    apart : frozenset of str
+        Effects whose course stands beside an efficiency that varies.
     """
 
     evidence: float
@@ -140,15 +110,16 @@ class Remainder:
     inexact: float = 0.0
     heights: Wander | None = None
     opens_gap: bool = False
+    apart: frozenset[str] = frozenset()
 
     def against(self, effect: str, shares: Array) -> float:
         """Nats of what is left in the tracks in which a cause shows itself.
 
         An unknown power is an auxiliary load that varies, and does not speak against
-        one; nor does that load's own coming and going. Nor does what chance may leave,
-        beside something real.
+        one; nor does that load's own coming and going, nor an efficiency beside which
+        it stands. Nor does what chance may leave, beside something real.
         """
-        own = (effect, ITSELF[effect]) if effect in ITSELF else ()
+        own = (effect, ITSELF.get(effect), EFFICIENT if effect in self.apart else None)
         rivals = [
             r for r in self.rivals if r.acts_as not in own and r.is_real == self.is_real
         ]
@@ -264,18 +235,10 @@ def inexactness(engine: Engine, fit: Fit) -> Array:
     return np.array(nats)
 
 
-def carrier_of(engine: Engine, fit: Fit, name: str) -> str:
-    """Return the figure by which the model acts in one of the ``CARRIERS``."""
-    known = {**engine.vehicle.figures(), **fit.values}
-    tables = {key.rpartition(".")[0] for key in known}
-    keys = CARRIERS[name]
-    return next((k for k in keys[1:] if k.rpartition(".")[0] in tables), keys[0])
-
-
 def acting_as(engine: Engine, fit: Fit, name: str, key: str) -> list[Remainder]:
     """Return the likeliest form of a way of acting, as one figure does."""
     probe = Probe(engine, fit, key)
-    return [likeliest_of(probe, name, GRIPS if name == "grip" else FOLLOWS)]
+    return [likeliest_of(probe, name, OTHERS.get(name, FOLLOWS))]
 
 
 def changing(engine: Engine, fit: Fit, name: str, knob: Knob) -> list[Remainder]:
@@ -302,7 +265,7 @@ def likeliest_of(
                 continue
             x = problem.coordinate(along)
             most = max(counts)
-            if along == "time_s" and follows is not GRIPS:
+            if along == "time_s" and name != "grip":
                 # no finer than the noise remembers
                 most = max(int((x[-1] - x[0]) / MEMORY) + 1, counts[0])
             tried = [probe.profile(i, along, x, n) for n in counts if n <= most]

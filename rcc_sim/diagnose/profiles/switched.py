@@ -21,9 +21,9 @@ from rcc_sim.diagnose.causes.profile import Profile
 from rcc_sim.diagnose.causes.strengths import Windows, smooth, windows
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
+from rcc_sim.diagnose.profiles.forms import carrier_of
 from rcc_sim.diagnose.profiles.partition import Levels, segments
 from rcc_sim.diagnose.profiles.probe import Probe
-from rcc_sim.diagnose.profiles.remainder import carrier_of
 from rcc_sim.diagnose.residuals.problem import Problem
 
 Array = NDArray[np.float64]

@@ -55,6 +55,7 @@ WHEELS, WHEELS_SD = "wheels", 0.5
 and by how much it may be off."""
 
 SINCE_BRAKING, SINCE_STANDING = "since_braking_s", "since_standing_s"
+MOTOR_TORQUE = "motor_torque_nm"
 
 BRAKED, SLIGHT = 1.0, 0.02
 """Time over which a torque that slows the car is a mean, and share of the largest that
@@ -271,6 +272,8 @@ class Problem:
             return self.since(self.braking)
         if name == SINCE_STANDING:
             return self.since(self.standing)
+        if name == MOTOR_TORQUE:
+            return np.nan_to_num(self.nominal[name])
         if name == "speed_mps" and not self.drive.imposed:
             # the model's: a coordinate must not know a reading's noise
             return np.abs(np.nan_to_num(self.nominal["speed_mps"]))

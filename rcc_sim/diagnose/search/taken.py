@@ -22,9 +22,11 @@ from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.fitting.knobs import BIAS
 from rcc_sim.diagnose.fitting.pulls import pulled
+from rcc_sim.diagnose.profiles.beside_losses import beside_losses
 from rcc_sim.diagnose.profiles.drag_or_hill import beside_a_drag
+from rcc_sim.diagnose.profiles.forms import DRAG_OVER_TIME
 from rcc_sim.diagnose.profiles.gusts import WIND, may_blow, may_gust
-from rcc_sim.diagnose.profiles.remainder import DRAG_OVER_TIME, Remainder, remainder
+from rcc_sim.diagnose.profiles.remainder import Remainder, remainder
 from rcc_sim.diagnose.profiles.varying import (
     enough_of,
     profile_cause,
@@ -185,6 +187,7 @@ class Taken:
         """
         self.rank(varying.effect, varying.gain)
         left = remainder(self.engine, self.fit)
+        left = beside_losses(self.engine, self.fit, [varying], left, acting=False)
         if stands_out(varying, left):
             varying = beside_a_drag(self.engine, self.fit, varying, left)
             engine, fit, causes = acting(self.engine, self.fit, self.causes, varying)
