@@ -1,5 +1,8 @@
 """A motor that loses otherwise than its file says is no load, and hides none."""
 
+from dataclasses import replace
+from math import inf
+
 import numpy as np
 import pytest
 
@@ -7,8 +10,10 @@ from rcc_sim.analyse.logged import Logged
 from rcc_sim.diagnose.causes.strengths import smooth, windows
 from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
+from rcc_sim.diagnose.fitting.knobs import nuisance_knobs
 from rcc_sim.diagnose.noise.whitener import weights
-from rcc_sim.diagnose.profiles.probe import Probe
+from rcc_sim.diagnose.profiles.beside_losses import constant_nats
+from rcc_sim.diagnose.profiles.probe import Probe, with_courses
 from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.report.screen import screen
@@ -81,6 +86,15 @@ def test_a_heater_beside_it_is_found_and_so_is_what_it_drew():
 
 
 @pytest.mark.slow
+def test_a_load_that_is_always_on_stands_beside_it():
+    found = diagnose([Logged(drive(6, load=lambda t: 900.0 + 0 * t), (), None)], CAR)
+    (one,) = found.asserted
+    assert one.cause.effect == "auxiliary_load"
+    assert one.figures["power_w"].value == pytest.approx(AUX + 900.0, abs=90.0)
+    assert found.left.acts_as == "efficiency"
+
+
+@pytest.mark.slow
 def test_a_heater_beside_a_motor_of_its_file_leaves_nothing():
     def steady(torque):
         return np.full_like(torque, ETA)
@@ -99,7 +113,7 @@ def test_a_course_that_gives_way_is_one_dense_problem_with_the_other():
     torque, t = problem.coordinate("motor_torque_nm"), problem.log["time_s"]
     rival = Probe(engine, fit, LOSSES).profile(0, "motor_torque_nm", torque, 8)
     alone = Probe(engine, fit, LOAD)
-    found = alone.giving_way(rival).profile(0, "time_s", t, 12)
+    found = alone.giving_way([rival]).profile(0, "time_s", t, 12)
     H, B = windows(t, found.knots).toarray(), windows(torque, rival.knots).toarray()
     rows, right = [], []
     signals = zip(alone.signal, Probe(engine, fit, LOSSES).signal, strict=True)
@@ -125,3 +139,20 @@ def test_a_course_that_gives_way_is_one_dense_problem_with_the_other():
     )
     before = alone.profile(0, "time_s", t, 12)
     assert np.trace(M) < np.trace(before.normal[0])
+
+
+def test_the_nats_of_a_constant_are_those_by_which_a_fit_without_it_is_worse():
+    problem = problem_of(drive(7, load=lambda t: 400.0 + 0 * t), CAR)
+    engine = Engine([problem])
+    knobs = nuisance_knobs([problem])
+    free = [replace(k, sd=inf) if k.key == LOAD else k for k in knobs]
+    fit = descent.fit(engine, {}, free)
+    less = descent.fit(engine, {}, knobs)
+    worse = fit.score - engine.judged(less, fit.noise).score
+    nats = constant_nats(engine, fit, fit, [LOAD])
+    assert nats > 5.0
+    assert nats == pytest.approx(worse, rel=0.1)
+    torque = problem.coordinate("motor_torque_nm")
+    rival = Probe(engine, fit, LOSSES).profile(0, "motor_torque_nm", torque, 8)
+    wide = with_courses(engine, fit, [rival])
+    assert 0.5 * nats < constant_nats(engine, fit, wide, [LOAD]) < 1.2 * nats

@@ -1,22 +1,25 @@
-"""Whether a cause that varies stands beside an efficiency that varies as well."""
+"""Whether a cause stands beside an efficiency that goes by torque or speed."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from rcc_sim.diagnose.causes.cause import ENOUGH, Cause
 from rcc_sim.diagnose.causes.profile import Profile
 from rcc_sim.diagnose.causes.strengths import prior_of, windows
 from rcc_sim.diagnose.fitting.engine import Engine
-from rcc_sim.diagnose.fitting.fit import Fit
+from rcc_sim.diagnose.fitting.fit import Fit, of_unit_diagonal
+from rcc_sim.diagnose.noise.whitener import weights
 from rcc_sim.diagnose.profiles.forms import EFFICIENT
-from rcc_sim.diagnose.profiles.probe import Probe
+from rcc_sim.diagnose.profiles.probe import Probe, with_courses
 from rcc_sim.diagnose.profiles.remainder import Remainder
 from rcc_sim.diagnose.profiles.varying import held
 
 MOSTLY = 0.5
-"""Share of what a course gains that it must gain beside the other, too."""
+"""Share of what a cause gains that it must gain beside an efficiency, too."""
 
 
 def beside_losses(
@@ -29,30 +32,57 @@ def beside_losses(
 ) -> Remainder:
     """Return what is left, with the effects that stand beside an efficiency in it.
 
-    What a motor loses goes by its torque, or its speed, and neither goes by the hour:
-    a course over time or distance and that may both be there. It stands if it gains
-    most of its nats, and as many as a cause must, where the efficiency may take its
-    part as well. ``acting``: the courses act on the engine's logs already.
+    What a motor loses goes by its torque, or its speed: a load, a hill or a wind may be
+    there as well. A cause stands if it gains most of its nats, and as many as a cause
+    must, where the efficiency may take its part. ``acting``: courses act on the
+    engine's logs already.
     """
     losses = [r.profile for r in left.rivals if r.acts_as == EFFICIENT and r.profile]
-    stand = {
-        c.effect
-        for c in causes
-        if c.profiles and losses and stands_beside(engine, fit, c, losses, acting)
-    }
+    if not losses:
+        return left
+    stand = (c.effect for c in causes if stands(engine, fit, c, losses, acting))
     return replace(left, apart=frozenset(stand))
 
 
-def stands_beside(
+def stands(
     engine: Engine, fit: Fit, cause: Cause, losses: Sequence[Profile], acting: bool
 ) -> bool:
-    """Tell whether a cause's courses gain most of their nats beside any of some."""
-    key = cause.keys[0]
-    alone = Probe(engine, held(fit, key), key)
-    if acting:
-        alone = alone.as_if_none(cause.profiles)
-    least = max(ENOUGH, MOSTLY * nats_of(alone, cause))
-    return all(nats_of(alone.giving_way(p), cause) >= least for p in losses)
+    """Tell whether a cause gains most of its nats beside some courses."""
+    if not cause.profiles:
+        nats = constant_nats(engine, fit, fit, cause.keys)
+        wide = with_courses(engine, fit, losses)
+        beside = constant_nats(engine, fit, wide, cause.keys)
+    else:
+        key = cause.keys[0]
+        probe = Probe(engine, held(fit, key), key)
+        if acting:
+            probe = probe.as_if_none(cause.profiles)
+        nats = nats_of(probe, cause)
+        beside = nats_of(probe.giving_way(losses), cause)
+    return beside >= max(ENOUGH, MOSTLY * nats)
+
+
+def constant_nats(engine: Engine, fit: Fit, wide: Fit, keys: Sequence[str]) -> float:
+    """Nats of some figures of a fit where all that ``wide`` moves is free.
+
+    ½ x' (C + S)⁻¹ x, with x their distance from what the file states, C its covariance
+    after one Gauss-Newton step, and S what the file says that it may be (Wald's test).
+    """
+    mine = [i for i, k in enumerate(wide.knobs) if k.key in keys]
+    precision = 1 / wide.prior_sd**2
+    N, g = np.diag(precision), precision * wide.off
+    for i, white in enumerate(fit.noise):  # by tracks: a log may last for hours
+        J = white(np.stack([signal[i] for signal in wide.signals]).T)
+        r = white(fit.residuals[i])
+        W = weights(r)
+        N, g = N + J.T @ (W[:, None] * J), g + J.T @ (W * r)
+    scaled, unit = of_unit_diagonal(N)
+    C = np.outer(unit, unit) * np.linalg.inv(scaled)
+    x = wide.off - C @ g
+    stated, named = engine.vehicle.figures(), [wide.knobs[i] for i in mine]
+    S = [stated[k.key].tolerance ** 2 if k.key in stated else 0.0 for k in named]
+    x = x[mine] + [k.value - engine.stated(k.key) for k in named]
+    return 0.5 * float(x @ np.linalg.solve(C[np.ix_(mine, mine)] + np.diag(S), x))
 
 
 def nats_of(probe: Probe, cause: Cause) -> float:

@@ -91,28 +91,11 @@ class Probe:
         )  # fmt: skip
         return probe
 
-    def giving_way(self, rival: Profile) -> Probe:
-        """Return it where the course of another figure may take its part, in all logs.
-
-        Of that course is known how large it is and how little it changes from knot to
-        knot: it is Z z, with z independent of each other and of sd 1.
-        """
-        other = Probe(self.engine, self.fit, rival.key)
-        count, problems = len(rival.knots), self.engine.problems
-        Z = rival.rms * np.linalg.inv(np.linalg.cholesky(smooth(count))).T
-        along = [windows(p.coordinate(rival.along), rival.knots) @ Z for p in problems]
-        tracks = list(zip(self.engine.tracks, other.signal, strict=True))
-        more = [Knob(f"course.{j}", 0.0, 1.0) for j in range(count)]
-        signals = [[x * along[i][:, j] for (i, _), x in tracks] for j in range(count)]
+    def giving_way(self, courses: Iterable[Profile]) -> Probe:
+        """Return it where other figures' courses may take their part, in all logs."""
         probe = copy(self)
-        probe.fit, probe._white, probe._without = (
-            replace(
-                self.fit,
-                values=self.fit.values | {k.key: k.value for k in more},
-                knobs=(*self.fit.knobs, *more),
-                signals=[*self.fit.signals, *signals],
-            ), {}, {},
-        )  # fmt: skip
+        probe.fit = with_courses(self.engine, self.fit, courses)
+        probe._white, probe._without = {}, {}
         probe.__dict__.pop("_beside", None)
         return probe
 
@@ -376,3 +359,25 @@ class Probe:
 def probe_size(engine: Engine, key: str) -> float:
     """A small change of a figure, for a vehicle of any size."""
     return small_changes(engine.problems[0]).get(unit_of(key), 0.005)
+
+
+def with_courses(engine: Engine, fit: Fit, courses: Iterable[Profile]) -> Fit:
+    """Return a fit in which courses of other figures are free as well, in all logs.
+
+    Of each is known how large it is, and how little it changes from knot to knot: it is
+    Z z, with z independent of each other and of sd 1.
+    """
+    knobs, signals = list(fit.knobs), list(fit.signals)
+    for n, course in enumerate(courses):
+        count, per = len(course.knots), Probe(engine, fit, course.key).signal
+        Z = course.rms * np.linalg.inv(np.linalg.cholesky(smooth(count))).T
+        x = [p.coordinate(course.along) for p in engine.problems]
+        acts = [windows(each, course.knots) @ Z for each in x]
+        tracks = list(zip(engine.tracks, per, strict=True))
+        knobs += [Knob(f"course.{n}.{j}", 0.0, 1.0) for j in range(count)]
+        signals += [
+            [e * acts[i][:, j] if e.any() else e for (i, _), e in tracks]
+            for j in range(count)
+        ]
+    values = {k.key: k.value for k in knobs} | fit.values
+    return replace(fit, values=values, knobs=tuple(knobs), signals=signals)

@@ -96,7 +96,7 @@ class Remainder:
     opens_gap : bool
         The energy is off by more than its doubt, as no rough road has it.
     apart : frozenset of str
-        Effects whose course stands beside an efficiency that varies.
+        Effects that stand beside an efficiency that varies.
     """
 
     evidence: float
@@ -236,9 +236,13 @@ def inexactness(engine: Engine, fit: Fit) -> Array:
 
 
 def acting_as(engine: Engine, fit: Fit, name: str, key: str) -> list[Remainder]:
-    """Return the likeliest form of a way of acting, as one figure does."""
+    """Return the likeliest form, or forms, of a way of acting, as one figure does."""
     probe = Probe(engine, fit, key)
-    return [likeliest_of(probe, name, OTHERS.get(name, FOLLOWS))]
+    follows = OTHERS.get(name, FOLLOWS)
+    if name != EFFICIENT:
+        return [likeliest_of(probe, name, follows)]
+    # a map is of both
+    return [likeliest_of(probe, name, {x: n}) for x, n in follows.items()]
 
 
 def changing(engine: Engine, fit: Fit, name: str, knob: Knob) -> list[Remainder]:
