@@ -16,9 +16,10 @@ from rcc_sim.diagnose.causes.prices import Prices, prices
 from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.fitting.knobs import BIAS, OWN, RADIUS, Knob
 from rcc_sim.diagnose.fitting.pulls import farthest, moved, moved_together
+from rcc_sim.diagnose.judge.asserted import INTERVAL, Asserted
 from rcc_sim.diagnose.judge.energies import SHRUNK, stays_off
 from rcc_sim.diagnose.judge.ranking import ranking
-from rcc_sim.diagnose.judge.verdict import INTERVAL, TOLERATED, Asserted
+from rcc_sim.diagnose.judge.verdict import TOLERATED
 from rcc_sim.diagnose.next_run.experiment import Experiment
 from rcc_sim.diagnose.profiles.remainder import Remainder
 from rcc_sim.diagnose.proof.by_log import LogEnergy

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
-from itertools import accumulate
-from math import inf
-from operator import or_
 from typing import TypeVar
 
 import numpy as np
@@ -21,33 +18,16 @@ from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.causes.candidates import candidates_for
 from rcc_sim.diagnose.diagnosis import Diagnosis
 from rcc_sim.diagnose.fitting.engine import MEMORY, Engine
-from rcc_sim.diagnose.fitting.fit import Fit
-from rcc_sim.diagnose.fitting.pulls import farthest, moved, moved_together
-from rcc_sim.diagnose.fitting.tips import no_surer
-from rcc_sim.diagnose.judge.apart_from_nil import apart_from_nil
-from rcc_sim.diagnose.judge.direct import felt_otherwise
-from rcc_sim.diagnose.judge.misread import findings_of
-from rcc_sim.diagnose.judge.restless import is_doubtful, restless
 from rcc_sim.diagnose.judge.stands import what_stands
-from rcc_sim.diagnose.judge.verdict import (
-    DOUBTLESS,
-    EVEN,
-    asserted_of,
-    chances_of,
-    ends_early,
-    of_another,
-    verdict,
-)
+from rcc_sim.diagnose.judged import is_doubtless, judged
 from rcc_sim.diagnose.next_run.experiment import next_experiments
 from rcc_sim.diagnose.profiles.as_felt import as_felt
-from rcc_sim.diagnose.proof.by_log import noise_of
 from rcc_sim.diagnose.proof.proven import proven
 from rcc_sim.diagnose.residuals.dense import rows_to_one, thinned, with_fewer_rows
 from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.residuals.problem import MIN_ROWS, Problem
 from rcc_sim.diagnose.residuals.repeated import not_shared
 from rcc_sim.diagnose.residuals.shapes import LATERAL
-from rcc_sim.diagnose.residuals.sizes import size_of
 from rcc_sim.diagnose.residuals.terminals import VOLTAGE
 from rcc_sim.diagnose.search.as_sent import as_sent, kept_alike
 from rcc_sim.diagnose.search.compete import compete
@@ -100,15 +80,7 @@ def diagnose(
     repeats = [with_fewer_rows(log, rows_to_one(log)) for log in repeats]
     told("where")
     with beside(partial(gap, one, vehicle, repeats=repeats) for one in logs) as where:
-        offsets = tuple(c for name in withheld for c in OFFSETS.get(name, ()))
-        problems = [problem_of(one.log, vehicle) for one in logs]
-        refuse_silent(problems)
-        if offsets or repeats:  # else they keep what they have worked out
-            again = [problem_of(log, vehicle) for log in repeats]
-            problems = [
-                replace(p, unzeroed=offsets, noise=not_shared(p, again))
-                for p in problems
-            ]
+        problems = posed([one.log for one in logs], vehicle, repeats, withheld)
         felt = as_felt(Engine(problems))
         able = candidates_for(problems, candidates, withheld)
         engine, found = as_sent(
@@ -121,83 +93,56 @@ def diagnose(
     stands = what_stands(engine, found, able, stated, told)
     told("proof on held-out rows")
     fresh = kept_alike([problem_of(one.log, vehicle) for one in holdouts], engine)
-    doubtless = any(g.energy.within is False for g in gaps)
-    large = any(g.energy.beyond(DOUBTLESS) for g in gaps)
-    kept = proven(engine, found, stands, gaps, fresh, stated, doubtless=doubtless)
-    if kept.refuted:
-        large = doubtless
-    stands, proved = kept.stands, kept.proof
-    acting, causes, left = stands.engine, stands.causes, stands.left
-    if not causes and doubtless:
-        left = replace(left, opens_gap=True)
-    wanders = {r.log: r.heights for r in left.rivals if r.heights} | felt.wanders
-    loose = restless(acting, stands.fit, found.null)
-    said = partial(findings_of, acting, stands.fit, wanders, causes, loose)
-    gaps = tuple(replace(g, findings=g.findings + said(i)) for i, g in enumerate(gaps))
-    told_of = [f for g in gaps for f in g.findings]
-    kinds = {f.kind for f in told_of}
-    fit = no_surer(acting, stands.fit, {k for c in causes for k in c.keys})
-    farthest = farthest_moved(fit, stated, gaps)
-    # what was found beside a stronger cause that ends is no surer than that
-    early = [*accumulate((ends_early(c, fit, vehicle.known) for c in causes), or_)]
-    doubtful = [
-        end or kept.unproven or is_doubtful(c, loose) or felt_otherwise(c, told_of)
-        for c, end in zip(causes, early, strict=True)
-    ]
-    chances = chances_of(causes, left, farthest, doubtful)
-    row = size_of(engine.problems[0], "row")
-    asserted = asserted_of(fit, causes, stands.rivals, stated, row, chances)
-    asserted = apart_from_nil(acting, fit, asserted)
+    kept = proven(
+        engine, found, stands, gaps, fresh, stated, doubtless=is_doubtless(gaps)
+    )
+    now = judged(kept, found, gaps, felt.wanders, stated)
     told("which run to drive next")
-    runs = tuple(next_experiments(acting, fit, asserted, stands.rivals))
-    # by a logged speed a prediction has that speed's noise, beyond its own sensor's
-    commanded = not all(p.drive.imposed for p in engine.problems)
-    comes_to = verdict(
-        causes,
-        left,
-        proved.before,
-        proved.after,
-        doubtless=doubtless,
-        noise=noise_of(gaps),
-        large=large,
-        explained=proved.shrink.explained if commanded else 1.0,
-        ends=any(early),
-        farthest=farthest,
-        disagree=any(one.disagrees for one in kept.by_log) or "opposed" in kinds,
-        even=any(chance <= EVEN for chance in chances),
-        wanders="restless" in kinds,
+    runs = next_experiments(
+        kept.stands.engine, now.fit, now.asserted, kept.stands.rivals
     )
     shown = farthest_off(gaps)
-    hidden = tuple(dict.fromkeys(c for one in logs for c in one.hidden))
     return Diagnosis(
         vehicle=vehicle,
         problem=engine.problems[shown],
-        gaps=gaps,
-        status=comes_to.status,
-        short=comes_to.short,
-        asserted=asserted,
+        gaps=now.gaps,
+        status=now.verdict.status,
+        short=now.verdict.short,
+        asserted=now.asserted,
         found=found,
-        fit=fit,
-        left=left,
-        proof=proved,
-        experiments=runs,
+        fit=now.fit,
+        left=now.left,
+        proof=kept.proof,
+        experiments=tuple(runs),
         kept_back=tuple(one.log.name for one in holdouts),
         withdrawn=kept.refuted,
         shown=shown,
         asked=tuple(candidates),
-        hidden=hidden,
+        hidden=tuple(dict.fromkeys(c for one in logs for c in one.hidden)),
         by_log=kept.by_log,
     )
 
 
-def farthest_moved(fit: Fit, stated: Mapping[str, float], gaps: Sequence[Gap]) -> float:
-    """Return by how many sds stated figures are off, alone or all together.
+def posed(
+    logs: Sequence[Trace],
+    vehicle: Vehicle,
+    repeats: Sequence[Trace],
+    withheld: Sequence[str],
+) -> list[Problem]:
+    """Return logs as problems, with noise that repeats tell and offsets to be found.
 
-    Without end where a log and the vehicle's file contradict each other.
+    Raises
+    ------
+    InputError
+        If a log holds no channel by which the model can be judged.
     """
-    if any(of_another(g.findings) for g in gaps):
-        return inf
-    return farthest(moved(fit, stated), moved_together(fit, stated))
+    problems = [problem_of(log, vehicle) for log in logs]
+    refuse_silent(problems)
+    offsets = tuple(c for name in withheld for c in OFFSETS.get(name, ()))
+    if not (offsets or repeats):  # they keep what they have worked out
+        return problems
+    again = [problem_of(log, vehicle) for log in repeats]
+    return [replace(p, unzeroed=offsets, noise=not_shared(p, again)) for p in problems]
 
 
 @contextmanager

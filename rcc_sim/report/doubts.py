@@ -7,8 +7,9 @@ from collections.abc import Iterator, Sequence
 from rcc_sim.analyse.gap_energy import COVERAGE
 from rcc_sim.analyse.logcheck.finding import DROPPED
 from rcc_sim.diagnose.diagnosis import Diagnosis
+from rcc_sim.diagnose.judge.asserted import Asserted
 from rcc_sim.diagnose.judge.direct import felt_otherwise
-from rcc_sim.diagnose.judge.verdict import Asserted, of_another
+from rcc_sim.diagnose.judge.verdict import of_another
 from rcc_sim.report.text import figures, listed, rounded, short
 from rcc_sim.report.verdict import OTHER, doubt_of, hangs_together, too_many
 

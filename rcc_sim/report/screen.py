@@ -12,13 +12,10 @@ from rcc_sim.analyse.gap_energy import COVERAGE, EnergyGap, logged_power
 from rcc_sim.analyse.logcheck.finding import counted
 from rcc_sim.channel import moving_mean
 from rcc_sim.diagnose.diagnosis import Diagnosis
+from rcc_sim.diagnose.judge.asserted import Asserted, Estimate
+from rcc_sim.diagnose.judge.chances import EVEN
 from rcc_sim.diagnose.judge.energies import grew
-from rcc_sim.diagnose.judge.verdict import (
-    EVEN,
-    UNSURE,
-    Asserted,
-    Estimate,
-)
+from rcc_sim.diagnose.judge.verdict import UNSURE
 from rcc_sim.diagnose.next_run.menu import STAND
 from rcc_sim.report.channels import MENDS, way_of
 from rcc_sim.report.doubts import SURE, doubts

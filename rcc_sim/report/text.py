@@ -96,7 +96,7 @@ def signed(value: float, digits: int = 3) -> str:
 
 def probable(chance: object) -> str:
     """Return a probability as percent; the largest that is stated as a bound."""
-    from rcc_sim.diagnose.judge.verdict import SUREST
+    from rcc_sim.diagnose.judge.chances import SUREST
 
     if isinstance(chance, int | float) and chance >= SUREST:
         return "> 99 %"

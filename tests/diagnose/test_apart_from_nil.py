@@ -11,7 +11,7 @@ from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.knobs import Knob
 from rcc_sim.diagnose.judge.apart_from_nil import apart_from_nil
-from rcc_sim.diagnose.judge.verdict import Asserted, Estimate
+from rcc_sim.diagnose.judge.asserted import Asserted, Estimate
 from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import replay

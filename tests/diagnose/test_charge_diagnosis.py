@@ -11,7 +11,7 @@ from rcc_sim.diagnose.causes.profile import Profile
 from rcc_sim.diagnose.causes.strengths import freed
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
-from rcc_sim.diagnose.judge.verdict import estimates
+from rcc_sim.diagnose.judge.asserted import estimates
 from rcc_sim.diagnose.noise.strips import Strips
 from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.run import diagnose

@@ -16,7 +16,7 @@ from rcc_sim.diagnose.deliver import (
     write_mended,
     write_profiles,
 )
-from rcc_sim.diagnose.judge.verdict import Asserted, Estimate
+from rcc_sim.diagnose.judge.asserted import Asserted, Estimate
 from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.errors import InputError
 from rcc_sim.simulate.drive import drive_of

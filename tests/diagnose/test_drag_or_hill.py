@@ -9,7 +9,7 @@ from scipy.signal import lfilter
 from rcc_sim.analyse.logged import Logged
 from rcc_sim.diagnose.causes.cause import Cause
 from rcc_sim.diagnose.fitting.fit import Fit
-from rcc_sim.diagnose.judge.verdict import probability
+from rcc_sim.diagnose.judge.chances import probability
 from rcc_sim.diagnose.profiles import drag_or_hill
 from rcc_sim.diagnose.profiles.remainder import Remainder
 from rcc_sim.diagnose.run import diagnose

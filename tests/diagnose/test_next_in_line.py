@@ -28,7 +28,7 @@ def test_a_load_is_tried_where_a_wind_fits_better_and_does_not_stand(monkeypatch
         "coupled": lambda *_: [],
         "profile_cause": profile_cause,
         "is_clear": lambda *_: True,
-        "remainder": lambda *_: None,
+        "remainder": lambda *_: Remainder(0.0, "", "", []),
         "stands_out": lambda varying, left: varying.effect == LOAD.effect,
         "acting": lambda engine, fit, causes, one: (engine, fit, [*causes, one]),
         "may_blow": lambda one: True,

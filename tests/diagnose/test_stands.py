@@ -11,7 +11,7 @@ from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.knobs import Knob, nuisance_knobs
 from rcc_sim.diagnose.judge import stands
-from rcc_sim.diagnose.judge.verdict import probability
+from rcc_sim.diagnose.judge.chances import probability
 from rcc_sim.diagnose.profiles.remainder import LATERAL_ENOUGH, Remainder, remainder
 from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.search.compete import Explanation

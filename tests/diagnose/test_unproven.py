@@ -6,7 +6,7 @@ import pytest
 
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose import run
-from rcc_sim.diagnose.judge.verdict import EVEN
+from rcc_sim.diagnose.judge.chances import EVEN
 from rcc_sim.diagnose.proof import proven
 from rcc_sim.diagnose.proof.shrink import UNPROVEN
 from tests import scaled_drive

@@ -12,6 +12,8 @@ from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.fitting.knobs import Knob
 from rcc_sim.diagnose.judge import stands as verdicts
+from rcc_sim.diagnose.judge.asserted import Asserted, estimates, resolution
+from rcc_sim.diagnose.judge.chances import EVEN, SUREST, ends_early, probability
 from rcc_sim.diagnose.judge.energies import (
     grew,
     proves_nothing,
@@ -20,16 +22,7 @@ from rcc_sim.diagnose.judge.energies import (
 )
 from rcc_sim.diagnose.judge.ranking import ranking
 from rcc_sim.diagnose.judge.stands import Standing, only, standing
-from rcc_sim.diagnose.judge.verdict import (
-    EVEN,
-    SUREST,
-    Asserted,
-    ends_early,
-    estimates,
-    probability,
-    resolution,
-    verdict,
-)
+from rcc_sim.diagnose.judge.verdict import Signs, verdict
 from rcc_sim.diagnose.noise.whitener import Whitener
 from rcc_sim.diagnose.profiles.forms import DRAG_OVER_TIME
 from rcc_sim.diagnose.profiles.remainder import UNKNOWN_ENOUGH, Remainder
@@ -45,6 +38,11 @@ NOTHING = Remainder(0.0, "drag", "", [])
 SOMETHING = Remainder(UNKNOWN_ENOUGH + 1, "drag", "", [])
 
 
+def comes_to(causes, left, *signs, **more):
+    """Status of some causes, by what is left and signs."""
+    return verdict(causes, left, Signs(*signs, **more)).status
+
+
 @pytest.mark.parametrize(
     ("before", "after", "status"),
     [
@@ -57,7 +55,7 @@ SOMETHING = Remainder(UNKNOWN_ENOUGH + 1, "drag", "", [])
     ],
 )
 def test_the_energy_gap_has_to_shrink_to_a_third(before, after, status):
-    assert verdict([CAUSE], NOTHING, before, after).status == status
+    assert comes_to([CAUSE], NOTHING, before, after) == status
 
 
 @pytest.mark.parametrize(
@@ -67,7 +65,7 @@ def test_the_energy_gap_has_to_shrink_to_a_third(before, after, status):
 def test_an_energy_gap_that_grew_is_called_so(before, after, larger):
     assert grew(before, after) is larger
     if larger:
-        assert verdict([CAUSE], NOTHING, before, after).status == "partly_explained"
+        assert comes_to([CAUSE], NOTHING, before, after) == "partly_explained"
 
 
 def test_the_ranking_says_what_the_status_says():
@@ -180,32 +178,32 @@ def test_what_a_profile_holds_is_not_fitted_again_beside_it(monkeypatch):
 
 
 def test_what_is_left_decides_where_nothing_is_named():
-    assert verdict([], NOTHING, 50.0, 50.0).status == "no_gap"
-    assert verdict([], SOMETHING).status == "unexplained"
-    assert verdict([], NOTHING, large=True).status == "unexplained"
-    assert verdict([], NOTHING, wanders=True).status == "unexplained"
-    assert verdict([], NOTHING, farthest=4.9).status == "no_gap"
-    assert verdict([], NOTHING, farthest=6.3).status == "unexplained"
-    assert verdict([CAUSE], SOMETHING, 50.0, 1.0).status == "partly_explained"
-    assert verdict([CAUSE], NOTHING, explained=0.6).status == "partly_explained"
-    assert verdict([CAUSE], NOTHING, explained=0.7).status == "explained"
-    assert verdict([CAUSE], NOTHING, ends=True).status == "partly_explained"
-    assert verdict([CAUSE], NOTHING, farthest=4.9).status == "explained"
-    assert verdict([CAUSE], NOTHING, farthest=6.3).status == "partly_explained"
+    assert comes_to([], NOTHING, 50.0, 50.0) == "no_gap"
+    assert comes_to([], SOMETHING) == "unexplained"
+    assert comes_to([], NOTHING, large=True) == "unexplained"
+    assert comes_to([], NOTHING, wanders=True) == "unexplained"
+    assert comes_to([], NOTHING, farthest=4.9) == "no_gap"
+    assert comes_to([], NOTHING, farthest=6.3) == "unexplained"
+    assert comes_to([CAUSE], SOMETHING, 50.0, 1.0) == "partly_explained"
+    assert comes_to([CAUSE], NOTHING, explained=0.6) == "partly_explained"
+    assert comes_to([CAUSE], NOTHING, explained=0.7) == "explained"
+    assert comes_to([CAUSE], NOTHING, ends=True) == "partly_explained"
+    assert comes_to([CAUSE], NOTHING, farthest=4.9) == "explained"
+    assert comes_to([CAUSE], NOTHING, farthest=6.3) == "partly_explained"
     # within what is doubted, noise may leave it, but it must not grow
     beyond = {"doubtless": False, "noise": 2.0}
-    assert verdict([CAUSE], NOTHING, 24.0, 15.0, **beyond).status == "partly_explained"
-    assert verdict([CAUSE], NOTHING, 2.5, 1.9, **beyond).status == "explained"
-    assert verdict([CAUSE], NOTHING, 3.0, 2.9, doubtless=False).status == "explained"
-    assert verdict([CAUSE], NOTHING, -0.1, -5.9, doubtless=False).status != "explained"
+    assert comes_to([CAUSE], NOTHING, 24.0, 15.0, **beyond) == "partly_explained"
+    assert comes_to([CAUSE], NOTHING, 2.5, 1.9, **beyond) == "explained"
+    assert comes_to([CAUSE], NOTHING, 3.0, 2.9, doubtless=False) == "explained"
+    assert comes_to([CAUSE], NOTHING, -0.1, -5.9, doubtless=False) != "explained"
 
 
 def test_what_a_rough_road_may_be_is_real_where_the_energy_is_off_as_well():
     rough = Remainder(UNKNOWN_ENOUGH + 5, *DRAG_OVER_TIME, [])
     off = replace(rough, opens_gap=True)
-    assert verdict([], rough).status == "no_gap"
-    assert verdict([], off).status == "unexplained"
-    assert verdict([], replace(off, evidence=UNKNOWN_ENOUGH - 1)).status == "no_gap"
+    assert comes_to([], rough) == "no_gap"
+    assert comes_to([], off) == "unexplained"
+    assert comes_to([], replace(off, evidence=UNKNOWN_ENOUGH - 1)) == "no_gap"
 
 
 def test_a_cause_that_needs_another_vehicle_is_an_even_chance_at_most():
@@ -368,4 +366,4 @@ def test_what_something_unknown_is_as_likely_as_is_explained_in_part(rival, even
     chance = probability(wind, NOTHING)
     assert (chance == EVEN) is even
     told = "partly_explained" if even else "explained"
-    assert verdict([wind], NOTHING, even=chance <= EVEN).status == told
+    assert comes_to([wind], NOTHING, even=chance <= EVEN) == told

@@ -15,7 +15,7 @@ from rcc_sim.diagnose.diagnosis import Diagnosis
 from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.fitting.knobs import Knob
 from rcc_sim.diagnose.fitting.pulls import moved, moved_together
-from rcc_sim.diagnose.judge.verdict import Estimate
+from rcc_sim.diagnose.judge.asserted import Estimate
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.diagnose.search.taken import KeptOut
 from rcc_sim.report import html_causes

@@ -30,7 +30,7 @@ from rcc_sim.definitions.figure import Z_90
 from rcc_sim.diagnose.causes.cause import TIED
 from rcc_sim.diagnose.fitting.fit import of_unit_diagonal
 from rcc_sim.diagnose.fleet.pool import Evidence, Strength
-from rcc_sim.diagnose.judge.verdict import INTERVAL
+from rcc_sim.diagnose.judge.asserted import INTERVAL
 from rcc_sim.diagnose.search.refine import LESS_LIKELY
 
 Array = NDArray[np.float64]

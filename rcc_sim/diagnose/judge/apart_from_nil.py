@@ -9,7 +9,8 @@ from rcc_sim.definitions.figure import Z_90
 from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
-from rcc_sim.diagnose.judge.verdict import EVEN, Asserted, Estimate
+from rcc_sim.diagnose.judge.asserted import Asserted, Estimate
+from rcc_sim.diagnose.judge.chances import EVEN
 from rcc_sim.physics.effects import neutral_of
 
 LESS = 0.5 * Z_90**2

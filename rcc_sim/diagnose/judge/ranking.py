@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from math import exp, log
 
 from rcc_sim.diagnose.causes.cause import ENOUGH
-from rcc_sim.diagnose.judge.verdict import EVEN, SOFT, Asserted
+from rcc_sim.diagnose.judge.asserted import Asserted
+from rcc_sim.diagnose.judge.chances import EVEN, SOFT
 from rcc_sim.diagnose.profiles.remainder import Remainder
 from rcc_sim.diagnose.search.compete import Explanation
 

@@ -15,8 +15,8 @@ from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.fitting.without import without
+from rcc_sim.diagnose.judge.asserted import may_be_nil
 from rcc_sim.diagnose.judge.ties import Rival, settled
-from rcc_sim.diagnose.judge.verdict import may_be_nil
 from rcc_sim.diagnose.profiles.beside_losses import beside_losses
 from rcc_sim.diagnose.profiles.remainder import (
     UNKNOWN_ENOUGH,

@@ -30,7 +30,7 @@ from rcc_sim.analyse.heading import TURN_RATE, turn_rate
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit, of_unit_diagonal
 from rcc_sim.diagnose.fitting.knobs import BIAS, Knob, figures_of
-from rcc_sim.diagnose.judge.verdict import INTERVAL
+from rcc_sim.diagnose.judge.asserted import INTERVAL
 from rcc_sim.diagnose.next_run.limits import level_column, limits_of
 from rcc_sim.diagnose.next_run.menu import (
     STAND,

@@ -10,8 +10,8 @@ from math import inf, log
 from rcc_sim.diagnose.causes.cause import TIED
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
+from rcc_sim.diagnose.judge.asserted import Asserted
 from rcc_sim.diagnose.judge.ties import Rival
-from rcc_sim.diagnose.judge.verdict import Asserted
 from rcc_sim.diagnose.next_run.bench import Bench, Nats
 from rcc_sim.diagnose.next_run.menu import Run
 from rcc_sim.errors import InputError

@@ -10,9 +10,9 @@ from rcc_sim.analyse.gap import Gap
 from rcc_sim.diagnose.causes.cause import Cause
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
+from rcc_sim.diagnose.judge.asserted import estimates
 from rcc_sim.diagnose.judge.energies import proves_nothing, stays_off, worsens
 from rcc_sim.diagnose.judge.stands import Standing, only
-from rcc_sim.diagnose.judge.verdict import estimates
 from rcc_sim.diagnose.proof.by_log import LogEnergy, each_log, noise_of
 from rcc_sim.diagnose.proof.hold_out import Proof, leave_shaft, proof
 from rcc_sim.diagnose.residuals.problem import Problem
