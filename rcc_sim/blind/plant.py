@@ -110,6 +110,8 @@ class Truth(NamedTuple):
     freeze_s: float = 0.0
     drop_m: float = 0.0
     drop_t: float = inf
+    over_T: float = inf  # torque beyond which an inverter loses more [N m]
+    over_loss: float = 0.0  # of the shaft's power, at twice that torque
 
 
 class Drive(NamedTuple):

@@ -8,10 +8,11 @@ from rcc_sim.jit import jit
 
 @jit
 def drawn(p, tau, w, P_aux):
-    """Motor current, battery current, voltage, copper loss and loss by efficiency.
+    """Motor current, battery current, voltage, and three losses.
 
     Of a torque [N m] at a motor speed [rad/s], beside a load [W]: 3/2 R i² in the
-    windings; u = u_0 - R_i i_b at the terminals, u i_b being all that is drawn.
+    windings, what the efficiency leaves, and what no library holds; u = u_0 - R_i i_b
+    at the terminals, u i_b being all that is drawn.
     """
     i_q = tau / p.K_t
     P_shaft = tau * w
@@ -19,22 +20,32 @@ def drawn(p, tau, w, P_aux):
     if P_shaft < 0.0:
         lost = P_shaft * p.eta_motor - P_shaft
     copper = 1.5 * p.R_phase * i_q * i_q
-    P = P_shaft + copper + lost + P_aux
+    over = over_load(p, tau, P_shaft)
+    P = P_shaft + copper + lost + over + P_aux
     i_b = P / p.u_0
     if p.R_i > 0.0:
         left = max(p.u_0 * p.u_0 - 4.0 * p.R_i * P, 0.0)
         i_b = (p.u_0 - math.sqrt(left)) / (2.0 * p.R_i)
-    return i_q, i_b, p.u_0 - p.R_i * i_b, copper, lost
+    return i_q, i_b, p.u_0 - p.R_i * i_b, copper, lost, over
 
 
 @jit
-def book_electrics(p, E, dt, i_b, copper, lost, P_aux):
+def over_load(p, tau, P_shaft):
+    """Loss [W] of an inverter driven beyond a torque [N m], by how far it is."""
+    if abs(tau) <= p.over_T:
+        return 0.0
+    return p.over_loss * abs(P_shaft) * (abs(tau) / p.over_T - 1.0)
+
+
+@jit
+def book_electrics(p, E, dt, i_b, copper, lost, over, P_aux):
     """Add to the books [J]: the source, and what becomes heat before the shaft."""
     E[0] += dt * p.u_0 * i_b
     E[1] += dt * copper
     E[2] += dt * P_aux
     E[3] += dt * p.R_i * i_b * i_b
     E[4] += dt * lost
+    E[16] += dt * over
 
 
 @jit

@@ -128,7 +128,8 @@ def run(p, d, T_tick, subs, out, E, line):
                 w, v_y, r, a_F, a_R = 0.0, 0.0, 0.0, 0.0, 0.0
             w_m = 0.5 * (w + w0)
             v = w_m / p.n
-            i_q, i_b, u, copper, lost = drawn(p, tau, w_m, P_aux)
+            i_q, i_b, u, copper, lost, over = drawn(p, tau, w_m, P_aux)
+            act = max(act, over)
             sums[0] += dt * ((w - w0) / (p.n * dt) - v_y_m * r_m + GRAVITY * rise)
             if w0 > 0.0 or w > 0.0:
                 sums[1] += dt * (f[5] * cos + f[6]) / m
@@ -137,7 +138,7 @@ def run(p, d, T_tick, subs, out, E, line):
             sums[4] += dt * i_b
             s += v * dt
             z += v * dt * rise
-            book_electrics(p, E, dt, i_b, copper, lost, P_aux)
+            book_electrics(p, E, dt, i_b, copper, lost, over, P_aux)
             if w > 0.0 or w0 > 0.0:
                 book_motion(
                     p, E, dt, m, w_m, v_y_m, r_m, f, tilt, brake, push, wind, T_more

@@ -101,6 +101,16 @@ def lost_load(scene: Scene, rng: np.random.Generator) -> Withheld:
     return _made("lost_load", on, {"drop_m": 0.0, "drop_t": np.inf})
 
 
+def overloaded_inverter(scene: Scene, rng: np.random.Generator) -> Withheld:
+    """An inverter that loses more the harder the motor is driven."""
+    most = scene.p.K_t * scene.most_current
+    on = {
+        "over_T": float(rng.uniform(0.15, 0.35)) * most,
+        "over_loss": float(rng.uniform(0.05, 0.15)),
+    }
+    return _made("overloaded_inverter", on, {"over_loss": 0.0})
+
+
 UNKNOWNS: dict[str, Draw] = {
     draw.__name__: draw
     for draw in (
@@ -112,5 +122,6 @@ UNKNOWNS: dict[str, Draw] = {
         warm_up_drag,
         freezing_steering,
         lost_load,
+        overloaded_inverter,
     )
 }

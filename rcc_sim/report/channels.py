@@ -45,8 +45,8 @@ WAYS = {
 }
 """Way of acting -> what it is."""
 
-MENDS = {"efficiency": "a measured map states that: effects.motor_efficiency.map"}
-"""Way of acting -> what states it, where something does."""
+MAP = "a measured map states that: effects.motor_efficiency.map"
+"""What is said of an efficiency that is no constant."""
 
 
 def title_of(column: str) -> str:
@@ -69,6 +69,15 @@ def way_of(acts_as: str) -> str:
     ('an angle of the wheels', 'a changing rolling_resistance')
     """
     return WAYS.get(acts_as, f"a changing {acts_as}")
+
+
+def mend_of(acts_as: str, follows: str) -> str:
+    """Return what would state what is unknown, where something does.
+
+    >>> mend_of("drag", "time_s"), mend_of("efficiency", "time_s")
+    ('', '')
+    """
+    return MAP if acts_as == "efficiency" and follows != "time_s" else ""
 
 
 def labelled(column: str) -> str:

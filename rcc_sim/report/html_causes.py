@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from rcc_sim.report.channels import MENDS, title_of, way_of
+from rcc_sim.report.channels import mend_of, title_of, way_of
 from rcc_sim.report.findings import Report
 from rcc_sim.report.html_parts import (
     Column,
@@ -170,7 +170,8 @@ def _left(diagnosis: Mapping[str, Any]) -> Markup:
         text += "".join(
             f" (--candidates {x} asks for that)" for x in left.get("may_be", ())
         )
-        text += "".join(f" ({MENDS[x]})" for x in MENDS if x == left["acts_as"])
+        mend = mend_of(str(left["acts_as"]), str(left.get("follows", "")))
+        text += f" ({mend})" if mend else ""
     windows = left.get("windows") or []
     if windows:
         when = ", ".join(

@@ -17,7 +17,7 @@ from rcc_sim.diagnose.judge.chances import EVEN
 from rcc_sim.diagnose.judge.energies import grew
 from rcc_sim.diagnose.judge.verdict import UNSURE
 from rcc_sim.diagnose.next_run.menu import STAND
-from rcc_sim.report.channels import MENDS, way_of
+from rcc_sim.report.channels import mend_of, way_of
 from rcc_sim.report.doubts import SURE, doubts
 from rcc_sim.report.html_parts import OTHER_DRIVE, OTHERS, SMALL
 from rcc_sim.report.promise import promise
@@ -151,7 +151,7 @@ def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
                 for w in left.windows[:SHOWN]
             )
             + "".join(f"; --candidates {name} asks for that" for name in found.may_be)
-            + "".join(f"; {MENDS[name]}" for name in MENDS if name == left.acts_as),
+            + (f"; {mend}" if (mend := mend_of(left.acts_as, left.follows)) else ""),
         )
     unseen = found.not_identifiable
     if unseen:

@@ -54,10 +54,10 @@ MODELLED = ("speed_mps", MOTOR_TORQUE, *AFTER)
 
 OTHERS = {
     "grip": {"time_s": (40, 120), "speed_mps": (16,), STEERING: (16,)},
-    EFFICIENT: {MOTOR_TORQUE: (8, 16), "speed_mps": (16,)},
+    EFFICIENT: {MOTOR_TORQUE: (8, 16), "speed_mps": (16,), "time_s": (25, 40)},
 }
 """What a grip follows: a patch is short, and no noise of cornering is slow. And what an
-efficiency does, as any that was measured."""
+efficiency does, as any that was measured, and as what grows hot."""
 
 CHANGES = {
     "time_s": (4, 8, 16), STEERING: (8, 16),
