@@ -156,3 +156,17 @@ def test_the_nats_of_a_constant_are_those_by_which_a_fit_without_it_is_worse():
     rival = Probe(engine, fit, LOSSES).profile(0, "motor_torque_nm", torque, 8)
     wide = with_courses(engine, fit, [rival])
     assert 0.5 * nats < constant_nats(engine, fit, wide, [LOAD]) < 1.2 * nats
+
+
+def test_an_efficiency_that_no_file_states_is_probed_from_one_downwards():
+    """It cannot be more than one: a step up would be none."""
+    car = truck(STATED)
+    engine = Engine([problem_of(drive(8), car)])
+    fit = descent.of_tolerances(engine)
+    probe = Probe(engine, fit, LOSSES)
+    (track,) = probe.tracks
+    predicted = engine.problems[0].log["battery_power_w"] - fit.residuals[track]
+    shaft = predicted - fit.values[LOAD] - fit.values["bias.0.battery_power_w"]
+    # P / eta - P or P eta - P: by a step down from one, both change by |P| a unit
+    told = probe.signal[track][5:]
+    assert told == pytest.approx(np.abs(shaft)[5:], rel=0.02, abs=50.0)

@@ -68,8 +68,8 @@ class Probe:
         self._without: dict[int, float] = {}
         base = fit.values.get(key, engine.stated(key))
         start = engine.residuals(fit.values, coarse=True)
-        knob = Knob(key, base, inf, *bounds_of(engine.problems[0], key))
-        size, moved = engine.aside(fit.values | {key: base}, knob, size)
+        knob = Knob(key, base, inf, *bounds_of(engine.problems[0], key), step=size)
+        size, moved = engine.aside(fit.values | {key: base}, knob, knob.inward(base))
         pairs = zip(moved, start, strict=True)
         per = 1 / size if size else 0.0  # at a bound on both sides
         self.signal = [np.nan_to_num(per * (a - b)) for a, b in pairs]
