@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
+from rcc_sim.definitions.vehicle import EFFICIENCY
 from rcc_sim.diagnose.causes.cause import ENOUGH
 from rcc_sim.diagnose.causes.profile import Profile, shares
 from rcc_sim.diagnose.causes.strengths import (
@@ -73,6 +74,10 @@ class Probe:
         pairs = zip(moved, start, strict=True)
         per = 1 / size if size else 0.0  # at a bound on both sides
         self.signal = [np.nan_to_num(per * (a - b)) for a, b in pairs]
+        if key == EFFICIENCY:
+            problems = [engine.problems[i] for i, _ in engine.tracks]
+            tracks = zip(problems, self.signal, strict=True)
+            self.signal = [p.evened(x) for p, x in tracks]
         self.tracks = [
             i for i, w in enumerate(fit.noise) if np.any(self.signal[i][w.valid])
         ]

@@ -61,6 +61,9 @@ BRAKED, SLIGHT = 1.0, 0.02
 """Time over which a torque that slows the car is a mean, and share of the largest that
 it must be: less is noise of the speed. Of the top speed: at less it stands. [s]"""
 
+EVENED = 1.0
+"""Time over which a motor's power by a logged speed is a mean. [s]"""
+
 RECALLS: Recalls = (0.2, 1.0, 1.0)
 """Times in which the model's speed, and its loop's integral, come to the log's [s]; and
 by what share of its loop's stiffness the speed does besides in a coast.
@@ -273,7 +276,7 @@ class Problem:
         if name == SINCE_STANDING:
             return self.since(self.standing)
         if name == MOTOR_TORQUE:
-            return np.nan_to_num(self.nominal[name])
+            return self.torque
         if name == "speed_mps" and not self.drive.imposed:
             # the model's: a coordinate must not know a reading's noise
             return np.abs(np.nan_to_num(self.nominal["speed_mps"]))
@@ -286,9 +289,28 @@ class Problem:
         return distance if self.charge is None else self.charge.means(distance)
 
     @cached_property
+    def torque(self) -> Array:
+        """Size of the torque [N m] of the nominal model's motor, evened.
+
+        A motor loses as much either way. What goes by the sign of the torque is a mass,
+        or a speed that was smoothed.
+        """
+        return np.abs(self.evened(np.nan_to_num(self.nominal[MOTOR_TORQUE])))
+
+    def evened(self, x: Array) -> Array:
+        """What a model says of its motor, without what a logged speed's noise adds.
+
+        Where that drives a power high or low, none is measured: the power would look
+        as if it were lost. By commands nothing is added.
+        """
+        if not self.drive.imposed:
+            return x
+        return moving_mean(x, rows_in(self.log["time_s"], EVENED))
+
+    @cached_property
     def braking(self) -> NDArray[np.bool_]:
         """Rows at which the nominal model's motor slows it."""
-        torque = np.nan_to_num(self.nominal["motor_torque_nm"])
+        torque = np.nan_to_num(self.nominal[MOTOR_TORQUE])
         mean = moving_mean(torque, rows_in(self.log["time_s"], BRAKED))
         return np.asarray(mean < -SLIGHT * np.abs(torque).max())
 
