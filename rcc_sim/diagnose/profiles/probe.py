@@ -77,7 +77,7 @@ class Probe:
         if key == EFFICIENCY:
             problems = [engine.problems[i] for i, _ in engine.tracks]
             tracks = zip(problems, self.signal, strict=True)
-            self.signal = [p.evened(x) for p, x in tracks]
+            self.signal = [p.evened(x) * p.loaded for p, x in tracks]
         self.tracks = [
             i for i, w in enumerate(fit.noise) if np.any(self.signal[i][w.valid])
         ]

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.analyse.logcheck.finding import runs
-from rcc_sim.diagnose.causes.cause import Cause
+from rcc_sim.diagnose.causes.cause import TIED, Cause
 from rcc_sim.diagnose.causes.profile import Profile, overlap
 from rcc_sim.diagnose.fitting.engine import MEMORY, Engine
 from rcc_sim.diagnose.fitting.fit import Fit
@@ -274,7 +274,9 @@ def likeliest_of(
                 most = max(int((x[-1] - x[0]) / MEMORY) + 1, counts[0])
             tried = [probe.profile(i, along, x, n) for n in counts if n <= most]
             profile = max(tried, key=lambda p: p.evidence)
-            if profile.evidence > best.evidence:
+            # no motor loses now more, now less from one torque to the next
+            smooth = name != EFFICIENT or profile.coherence >= TIED
+            if smooth and profile.evidence > best.evidence:
                 found = windows_of(probe, i, profile, x)
                 best = Remainder(
                     profile.evidence, name, along, found, profile, i, probe.shares

@@ -276,7 +276,8 @@ class Problem:
         if name == SINCE_STANDING:
             return self.since(self.standing)
         if name == MOTOR_TORQUE:
-            return self.torque
+            # what goes by its sign is a mass, or a speed that was smoothed
+            return np.abs(self.torque)
         if name == "speed_mps" and not self.drive.imposed:
             # the model's: a coordinate must not know a reading's noise
             return np.abs(np.nan_to_num(self.nominal["speed_mps"]))
@@ -290,12 +291,8 @@ class Problem:
 
     @cached_property
     def torque(self) -> Array:
-        """Size of the torque [N m] of the nominal model's motor, evened.
-
-        A motor loses as much either way. What goes by the sign of the torque is a mass,
-        or a speed that was smoothed.
-        """
-        return np.abs(self.evened(np.nan_to_num(self.nominal[MOTOR_TORQUE])))
+        """Torque [N m] of the nominal model's motor, evened."""
+        return self.evened(np.nan_to_num(self.nominal[MOTOR_TORQUE]))
 
     def evened(self, x: Array) -> Array:
         """What a model says of its motor, without what a logged speed's noise adds.
@@ -306,6 +303,17 @@ class Problem:
         if not self.drive.imposed:
             return x
         return moving_mean(x, rows_in(self.log["time_s"], EVENED))
+
+    @cached_property
+    def loaded(self) -> NDArray[np.bool_]:
+        """Rows in which the motor's torque keeps its sign, as far as rows tell.
+
+        A mean of what drives and what coasts is a small torque, and no small power.
+        """
+        if not self.drive.imposed:
+            return np.ones(len(self.log), dtype=bool)
+        change = np.abs(np.diff(self.torque, prepend=0.0, append=0.0))
+        return np.asarray(np.abs(self.torque) > np.maximum(change[1:], change[:-1]))
 
     @cached_property
     def braking(self) -> NDArray[np.bool_]:
