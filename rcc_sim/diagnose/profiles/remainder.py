@@ -273,10 +273,10 @@ def likeliest_of(
                 # no finer than the noise remembers
                 most = max(int((x[-1] - x[0]) / MEMORY) + 1, counts[0])
             tried = [probe.profile(i, along, x, n) for n in counts if n <= most]
-            profile = max(tried, key=lambda p: p.evidence)
-            # no motor loses now more, now less from one torque to the next
-            smooth = name != EFFICIENT or profile.coherence >= TIED
-            if smooth and profile.evidence > best.evidence:
+            if name == EFFICIENT:  # none goes up and down from one torque to the next
+                tried = [p for p in tried if p.coherence >= TIED]
+            profile = max(tried, key=lambda p: p.evidence, default=None)
+            if profile and profile.evidence > best.evidence:
                 found = windows_of(probe, i, profile, x)
                 best = Remainder(
                     profile.evidence, name, along, found, profile, i, probe.shares
