@@ -74,7 +74,7 @@ class Probe:
         pairs = zip(moved, start, strict=True)
         per = 1 / size if size else 0.0  # at a bound on both sides
         self.signal = [np.nan_to_num(per * (a - b)) for a, b in pairs]
-        if key == EFFICIENCY:
+        if key == EFFICIENCY:  # a noisy power, or one of drive and coast, is no loss
             problems = [engine.problems[i] for i, _ in engine.tracks]
             tracks = zip(problems, self.signal, strict=True)
             self.signal = [p.evened(x) * p.loaded for p, x in tracks]
