@@ -20,7 +20,7 @@ from rcc_sim.diagnose.profiles.varying import held
 
 MOSTLY = 0.5
 """Share of what a cause gains that it must gain beside an efficiency, too. Of eleven
-loads that vary, six of them measured heaters, each gains 0.97 to 1.05 of it."""
+loads that vary, five of them measured heaters, each gains 0.97 to 1.05 of it."""
 
 
 def beside_losses(
