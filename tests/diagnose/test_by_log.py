@@ -7,7 +7,6 @@ from rcc_sim.analyse.gap import gap
 from rcc_sim.analyse.logged import open_log
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.judge.verdict import verdict
 from rcc_sim.diagnose.proof.by_log import LogEnergy
 from rcc_sim.diagnose.proof.hold_out import energy_by_log
 from rcc_sim.diagnose.proof.proven import opens_gaps
@@ -17,7 +16,7 @@ from rcc_sim.report.screen import screen
 from rcc_sim.report.verdict import verdict_of
 from rcc_sim.simulate.run import simulate
 from rcc_sim.trace import Trace, write_trace
-from tests.diagnose.test_verdict import CAUSE, NOTHING
+from tests.diagnose.test_verdict import CAUSE, NOTHING, comes_to
 
 ROLLS, KEY = 0.028, "effects.rolling_resistance.coefficient"
 NOISE = {"speed_mps": 0.03, "accel_x_mps2": 0.05, "battery_power_w": 40.0}
@@ -87,10 +86,9 @@ def test_a_gap_that_grows_beyond_chance_disagrees(before, after, chance, disagre
 
 
 def test_no_status_is_a_clean_one_where_logs_disagree():
-    assert verdict([], NOTHING, disagree=True).status == "unexplained"
-    assert (
-        verdict([CAUSE], NOTHING, 20.0, 1.0, disagree=True).status == "partly_explained"
-    )
+    assert comes_to([], NOTHING, disagree=True) == "unexplained"
+    told = comes_to([CAUSE], NOTHING, 20.0, 1.0, disagree=True)
+    assert told == "partly_explained"
 
 
 @pytest.mark.parametrize(
