@@ -60,3 +60,17 @@ def test_a_loads_own_coming_and_going_does_not_speak_against_it():
     own = replace(left("power"), rivals=rivals)
     assert own.against("auxiliary_load", np.ones(1)) == 0.0
     assert own.against("payload", np.ones(1)) > UNKNOWN_ENOUGH
+
+
+def test_another_causes_own_coming_and_going_speaks_against_it():
+    """As it does not vary; an efficiency does not, where the cause stands beside it."""
+
+    def left(acts, nats):
+        return Remainder(UNKNOWN_ENOUGH + nats, acts, "time_s", [], shares=np.ones(1))
+
+    rivals = (left("rolling_resistance", 2), left("efficiency", 3))
+    own = replace(rivals[1], rivals=rivals)
+    against = own.against("rolling_resistance", np.ones(1))
+    assert against == UNKNOWN_ENOUGH + 3
+    beside = replace(own, apart=frozenset({"rolling_resistance"}))
+    assert beside.against("rolling_resistance", np.ones(1)) == UNKNOWN_ENOUGH + 2

@@ -222,7 +222,6 @@ def nats_beside(engine: Engine, cause: Cause, left: Remainder, fit: Fit) -> floa
     if less is None:
         return inf
     less = descent.improved(engine, less, descent.ROUNDS)
-    u, v = (
-        r.against(cause.effect, cause.shares) for r in (left, remainder(engine, less))
-    )
+    other = replace(remainder(engine, less), apart=left.apart)
+    u, v = (r.against(cause.effect, cause.shares) for r in (left, other))
     return fit.score - less.score + u - v

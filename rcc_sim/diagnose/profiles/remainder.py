@@ -119,7 +119,8 @@ class Remainder:
         one; nor does that load's own coming and going, nor an efficiency beside which
         it stands. Nor does what chance may leave, beside something real.
         """
-        own = (effect, ITSELF.get(effect), EFFICIENT if effect in self.apart else None)
+        own = {effect, ITSELF[effect]} if effect in ITSELF else set()
+        own |= {EFFICIENT} if effect in self.apart else set()
         rivals = [
             r for r in self.rivals if r.acts_as not in own and r.is_real == self.is_real
         ]
