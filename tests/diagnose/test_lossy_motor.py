@@ -14,8 +14,12 @@ from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.knobs import nuisance_knobs
 from rcc_sim.diagnose.noise.whitener import weights
-from rcc_sim.diagnose.profiles.beside_losses import constant_nats
-from rcc_sim.diagnose.profiles.probe import Probe, with_courses
+from rcc_sim.diagnose.profiles.beside_losses import (
+    constant_nats,
+    courses,
+    with_courses,
+)
+from rcc_sim.diagnose.profiles.probe import Probe
 from rcc_sim.diagnose.profiles.remainder import remainder
 from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.run import diagnose
@@ -116,7 +120,8 @@ def test_a_course_that_gives_way_is_one_dense_problem_with_the_other():
     torque, t = problem.coordinate("motor_torque_nm"), problem.log["time_s"]
     rival = Probe(engine, fit, LOSSES).profile(0, "motor_torque_nm", torque, 8)
     alone = Probe(engine, fit, LOAD)
-    found = alone.giving_way([rival]).profile(0, "time_s", t, 12)
+    beside = with_courses(fit, courses(engine, fit, [rival]))
+    found = alone.by(beside).profile(0, "time_s", t, 12)
     H, B = windows(t, found.knots).toarray(), windows(torque, rival.knots).toarray()
     rows, right = [], []
     signals = zip(alone.signal, Probe(engine, fit, LOSSES).signal, strict=True)
@@ -157,7 +162,7 @@ def test_the_nats_of_a_constant_are_those_by_which_a_fit_without_it_is_worse():
     assert nats == pytest.approx(worse, rel=0.1)
     torque = problem.coordinate("motor_torque_nm")
     rival = Probe(engine, fit, LOSSES).profile(0, "motor_torque_nm", torque, 8)
-    wide = with_courses(engine, fit, [rival])
+    wide = with_courses(fit, courses(engine, fit, [rival]))
     assert 0.5 * nats < constant_nats(engine, fit, wide, [LOAD]) < 1.2 * nats
 
 

@@ -2,21 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
+from rcc_sim.definitions.vehicle import EFFICIENCY
 from rcc_sim.diagnose.causes.cause import ENOUGH, Cause
 from rcc_sim.diagnose.causes.profile import Profile
-from rcc_sim.diagnose.causes.strengths import prior_of, windows
+from rcc_sim.diagnose.causes.strengths import prior_of, smooth, windows
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit, of_unit_diagonal
+from rcc_sim.diagnose.fitting.knobs import Knob
 from rcc_sim.diagnose.noise.whitener import weights
 from rcc_sim.diagnose.profiles.forms import EFFICIENT
-from rcc_sim.diagnose.profiles.probe import Probe, with_courses
+from rcc_sim.diagnose.profiles.probe import Probe
 from rcc_sim.diagnose.profiles.remainder import Remainder
 from rcc_sim.diagnose.profiles.varying import held
+
+Free: TypeAlias = list[tuple[Knob, list[NDArray[np.float64]]]]
+"""Strengths that are free, and what each does to each track."""
 
 MOSTLY = 0.5
 """Share of what a cause gains that it must gain beside an efficiency, too. Of eleven
@@ -41,26 +48,55 @@ def beside_losses(
     losses = [r.profile for r in left.rivals if r.acts_as == EFFICIENT and r.profile]
     if not losses:
         return left
-    stand = (c.effect for c in causes if stands(engine, fit, c, losses, acting))
+    free = courses(engine, fit, losses)
+    stand = (c.effect for c in causes if stands(engine, fit, c, free, acting))
     return replace(left, apart=frozenset(stand))
 
 
-def stands(
-    engine: Engine, fit: Fit, cause: Cause, losses: Sequence[Profile], acting: bool
-) -> bool:
+def stands(engine: Engine, fit: Fit, cause: Cause, free: Free, acting: bool) -> bool:
     """Tell whether a cause gains most of its nats beside some courses."""
     if not cause.profiles:
         nats = constant_nats(engine, fit, fit, cause.keys)
-        wide = with_courses(engine, fit, losses)
-        beside = constant_nats(engine, fit, wide, cause.keys)
+        beside = constant_nats(engine, fit, with_courses(fit, free), cause.keys)
     else:
         key = cause.keys[0]
         probe = Probe(engine, held(fit, key), key)
         if acting:
             probe = probe.as_if_none(cause.profiles)
         nats = nats_of(probe, cause)
-        beside = nats_of(probe.giving_way(losses), cause)
+        beside = nats_of(probe.by(with_courses(probe.fit, free)), cause)
     return beside >= max(ENOUGH, MOSTLY * nats)
+
+
+def courses(engine: Engine, fit: Fit, losses: Iterable[Profile]) -> Free:
+    """Return what an efficiency may do that goes in all logs as any of some courses.
+
+    Of each is known how large it is, and how little it changes from knot to knot: it is
+    Z z, with z independent of each other and of sd 1.
+    """
+    tracks = list(
+        zip(engine.tracks, Probe(engine, fit, EFFICIENCY).signal, strict=True)
+    )
+    free: Free = []
+    for n, course in enumerate(losses):
+        Z = course.rms * np.linalg.inv(np.linalg.cholesky(smooth(len(course.knots)))).T
+        x = [p.coordinate(course.along) for p in engine.problems]
+        acts = [windows(each, course.knots) @ Z for each in x]
+        for j in range(len(Z)):
+            signal = [e * acts[i][:, j] if e.any() else e for (i, _), e in tracks]
+            free.append((Knob(f"course.{n}.{j}", 0.0, 1.0), signal))
+    return free
+
+
+def with_courses(fit: Fit, free: Free) -> Fit:
+    """Return a fit in which some courses are free as well."""
+    knobs = [knob for knob, _ in free]
+    return replace(
+        fit,
+        values=fit.values | {k.key: k.value for k in knobs},
+        knobs=(*fit.knobs, *knobs),
+        signals=[*fit.signals, *(signal for _, signal in free)],
+    )
 
 
 def constant_nats(engine: Engine, fit: Fit, wide: Fit, keys: Sequence[str]) -> float:

@@ -5,12 +5,8 @@ from __future__ import annotations
 from rcc_sim.definitions.vehicle import EFFICIENCY
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
-from rcc_sim.diagnose.residuals.problem import (
-    MOTOR_TORQUE,
-    SINCE_BRAKING,
-    SINCE_STANDING,
-)
-from rcc_sim.diagnose.residuals.shapes import STIFFNESS
+from rcc_sim.diagnose.residuals.problem import SINCE_BRAKING, SINCE_STANDING
+from rcc_sim.diagnose.residuals.shapes import STIFFNESS, TORQUE
 
 STEERING = "steer_cmd_rad"
 
@@ -49,12 +45,12 @@ FOLLOWS = {
 """What it may follow, and by how many knots."""
 
 AFTER = (SINCE_BRAKING, SINCE_STANDING)
-MODELLED = ("speed_mps", MOTOR_TORQUE, *AFTER)
+MODELLED = ("speed_mps", TORQUE, *AFTER)
 """Those of them that the model knows where the log has no such column."""
 
 OTHERS = {
     "grip": {"time_s": (40, 120), "speed_mps": (16,), STEERING: (16,)},
-    EFFICIENT: {MOTOR_TORQUE: (8, 16), "speed_mps": (16,), "time_s": (25, 40)},
+    EFFICIENT: {TORQUE: (8, 16), "speed_mps": (16,), "time_s": (25, 40)},
 }
 """What a grip follows: a patch is short, and no noise of cornering is slow. And what an
 efficiency does, as any that was measured, and as what grows hot."""

@@ -29,7 +29,6 @@ from rcc_sim.diagnose.causes.strengths import (
     likeliest,
     prior_of,
     priors_of,
-    smooth,
     windows,
 )
 from rcc_sim.diagnose.fitting.engine import Engine
@@ -42,6 +41,7 @@ from rcc_sim.diagnose.noise.whitener import (
     log_likelihood,
     weights,
 )
+from rcc_sim.diagnose.residuals.losses import told
 from rcc_sim.diagnose.residuals.sizes import small_changes
 from rcc_sim.units import unit_of
 
@@ -74,10 +74,9 @@ class Probe:
         pairs = zip(moved, start, strict=True)
         per = 1 / size if size else 0.0  # at a bound on both sides
         self.signal = [np.nan_to_num(per * (a - b)) for a, b in pairs]
-        if key == EFFICIENCY:  # a noisy power, or one of drive and coast, is no loss
-            problems = [engine.problems[i] for i, _ in engine.tracks]
-            tracks = zip(problems, self.signal, strict=True)
-            self.signal = [p.evened(x) * p.loaded for p, x in tracks]
+        if key == EFFICIENCY:
+            tracks = zip(engine.tracks, self.signal, strict=True)
+            self.signal = [told(engine.problems[i], x) for (i, _), x in tracks]
         self.tracks = [
             i for i, w in enumerate(fit.noise) if np.any(self.signal[i][w.valid])
         ]
@@ -90,18 +89,14 @@ class Probe:
         strength = self._at_rows(acting)
         tracks = zip(self.engine.tracks, self.fit.residuals, self.signal, strict=True)
         left = [e - x * strength.get(i, 0.0) for (i, _), e, x in tracks]
-        probe = copy(self)
-        probe.fit, probe._white, probe._without = (
-            replace(self.fit, residuals=left), {}, {},
-        )  # fmt: skip
-        return probe
+        return self.by(replace(self.fit, residuals=left))
 
-    def giving_way(self, courses: Iterable[Profile]) -> Probe:
-        """Return it where other figures' courses may take their part, in all logs."""
+    def by(self, fit: Fit) -> Probe:
+        """Return it by another fit of the same figures, with the same signal."""
         probe = copy(self)
-        probe.fit = with_courses(self.engine, self.fit, courses)
-        probe._white, probe._without = {}, {}
-        probe.__dict__.pop("_beside", None)
+        probe.fit, probe._white, probe._without = fit, {}, {}
+        for of_the_fit in ("_beside", "_all_forgetful"):
+            probe.__dict__.pop(of_the_fit, None)
         return probe
 
     @property
@@ -364,25 +359,3 @@ class Probe:
 def probe_size(engine: Engine, key: str) -> float:
     """A small change of a figure, for a vehicle of any size."""
     return small_changes(engine.problems[0]).get(unit_of(key), 0.005)
-
-
-def with_courses(engine: Engine, fit: Fit, courses: Iterable[Profile]) -> Fit:
-    """Return a fit in which courses of other figures are free as well, in all logs.
-
-    Of each is known how large it is, and how little it changes from knot to knot: it is
-    Z z, with z independent of each other and of sd 1.
-    """
-    knobs, signals = list(fit.knobs), list(fit.signals)
-    for n, course in enumerate(courses):
-        count, per = len(course.knots), Probe(engine, fit, course.key).signal
-        Z = course.rms * np.linalg.inv(np.linalg.cholesky(smooth(count))).T
-        x = [p.coordinate(course.along) for p in engine.problems]
-        acts = [windows(each, course.knots) @ Z for each in x]
-        tracks = list(zip(engine.tracks, per, strict=True))
-        knobs += [Knob(f"course.{n}.{j}", 0.0, 1.0) for j in range(count)]
-        signals += [
-            [e * acts[i][:, j] if e.any() else e for (i, _), e in tracks]
-            for j in range(count)
-        ]
-    values = {k.key: k.value for k in knobs} | fit.values
-    return replace(fit, values=values, knobs=tuple(knobs), signals=signals)

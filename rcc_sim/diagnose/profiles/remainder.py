@@ -242,7 +242,7 @@ def acting_as(engine: Engine, fit: Fit, name: str, key: str) -> list[Remainder]:
     follows = OTHERS.get(name, FOLLOWS)
     if name != EFFICIENT:
         return [likeliest_of(probe, name, follows)]
-    # a map is of both
+    # it may go by all of them at once
     return [likeliest_of(probe, name, {x: n}) for x, n in follows.items()]
 
 

@@ -18,6 +18,7 @@ from rcc_sim.channel import interval_of, moving_mean, rows_in
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.residuals.beside_motor import BesideMotor, beside_motor
 from rcc_sim.diagnose.residuals.lateness import clear_delay, likeliest_delay
+from rcc_sim.diagnose.residuals.losses import load_of
 from rcc_sim.diagnose.residuals.shapes import LATERAL, TORQUE, Shape, shapes_of
 from rcc_sim.diagnose.residuals.terminals import (
     CURRENT,
@@ -55,14 +56,10 @@ WHEELS, WHEELS_SD = "wheels", 0.5
 and by how much it may be off."""
 
 SINCE_BRAKING, SINCE_STANDING = "since_braking_s", "since_standing_s"
-MOTOR_TORQUE = "motor_torque_nm"
 
 BRAKED, SLIGHT = 1.0, 0.02
 """Time over which a torque that slows the car is a mean, and share of the largest that
 it must be: less is noise of the speed. Of the top speed: at less it stands. [s]"""
-
-EVENED = 1.0
-"""Time over which a motor's power by a logged speed is a mean. [s]"""
 
 RECALLS: Recalls = (0.2, 1.0, 1.0)
 """Times in which the model's speed, and its loop's integral, come to the log's [s]; and
@@ -275,9 +272,8 @@ class Problem:
             return self.since(self.braking)
         if name == SINCE_STANDING:
             return self.since(self.standing)
-        if name == MOTOR_TORQUE:
-            # what goes by its sign is a mass, or a speed that was smoothed
-            return np.abs(self.torque)
+        if name == TORQUE:
+            return load_of(self)
         if name == "speed_mps" and not self.drive.imposed:
             # the model's: a coordinate must not know a reading's noise
             return np.abs(np.nan_to_num(self.nominal["speed_mps"]))
@@ -290,35 +286,9 @@ class Problem:
         return distance if self.charge is None else self.charge.means(distance)
 
     @cached_property
-    def torque(self) -> Array:
-        """Torque [N m] of the nominal model's motor, evened."""
-        return self.evened(np.nan_to_num(self.nominal[MOTOR_TORQUE]))
-
-    def evened(self, x: Array) -> Array:
-        """What a model says of its motor, without what a logged speed's noise adds.
-
-        Where that drives a power high or low, none is measured: the power would look
-        as if it were lost. By commands nothing is added.
-        """
-        if not self.drive.imposed:
-            return x
-        return moving_mean(x, rows_in(self.log["time_s"], EVENED))
-
-    @cached_property
-    def loaded(self) -> NDArray[np.bool_]:
-        """Rows in which the motor's torque keeps its sign, as far as rows tell.
-
-        A mean of what drives and what coasts is a small torque, and no small power.
-        """
-        if not self.drive.imposed:
-            return np.ones(len(self.log), dtype=bool)
-        change = np.abs(np.diff(self.torque, prepend=0.0, append=0.0))
-        return np.asarray(np.abs(self.torque) > np.maximum(change[1:], change[:-1]))
-
-    @cached_property
     def braking(self) -> NDArray[np.bool_]:
         """Rows at which the nominal model's motor slows it."""
-        torque = np.nan_to_num(self.nominal[MOTOR_TORQUE])
+        torque = np.nan_to_num(self.nominal[TORQUE])
         mean = moving_mean(torque, rows_in(self.log["time_s"], BRAKED))
         return np.asarray(mean < -SLIGHT * np.abs(torque).max())
 
