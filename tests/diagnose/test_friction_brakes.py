@@ -7,7 +7,10 @@ import numpy as np
 import pytest
 
 from rcc_sim.analyse.logged import Logged
+from rcc_sim.diagnose.causes.sought import search_of
+from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.run import diagnose
+from rcc_sim.physics.effects import EFFECTS
 from rcc_sim.trace import Trace
 from tests.by_hand import STATED, logged, shaft_torque
 from tests.cars import truck
@@ -52,3 +55,13 @@ def test_regeneration_that_fades_is_named_though_it_fades_otherwise():
 
 def test_a_motor_that_does_all_braking_blames_no_brakes():
     assert named(log_of(lambda v: 1.0 + 0 * v, 3)) == {}
+
+
+@pytest.mark.parametrize("row", [0.1, 1.0])
+def test_no_fade_is_told_that_a_row_passes_at_once(row):
+    t = np.arange(0.0, 450.0, row)
+    v = np.clip(np.minimum(1.2 * (t % 45), 0.9 * (35 - t % 45)), 0.0, 12.0)
+    log = Trace(logged(t, v, shaft_torque(t, v), np.random.default_rng(1)), name="town")
+    fade = EFFECTS["regeneration_fade"]
+    sought = search_of(problem_of(log, truck(STATED)), fade, fade.params[0])
+    assert sought.weakest == pytest.approx(0.9 * row, abs=0.02)

@@ -10,7 +10,12 @@ import numpy as np
 from rcc_sim.diagnose.residuals.lateness import clear_delay
 from rcc_sim.diagnose.residuals.problem import Problem
 from rcc_sim.diagnose.residuals.shapes import BEYOND_SHAFT
-from rcc_sim.diagnose.residuals.sizes import size_of, small_changes, stiffest
+from rcc_sim.diagnose.residuals.sizes import (
+    lost_at_stops,
+    size_of,
+    small_changes,
+    stiffest,
+)
 from rcc_sim.physics.effect import Effect, Param
 from rcc_sim.units import unit_of
 
@@ -199,7 +204,11 @@ def bounds_in(problem: Problem, param: Param) -> tuple[float, float]:
         low, high = max(low, per * least), min(high, per * most)
         if param.acts == "rows":
             low = max(low, BLURRED * problem.drive.smear)
-    if param.acts == "slip" and problem.drive.imposed:
+    if not problem.drive.imposed:
+        return low, high
+    if param.acts == "steps" and unit_of(param.name) == "m/s":
+        low = max(low, lost_at_stops(problem))  # a row passes all that is less at once
+    if param.acts == "slip":
         high = stiffest(problem)
         low = min(low, high)
     return low, high

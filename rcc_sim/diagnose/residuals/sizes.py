@@ -80,6 +80,17 @@ def most_asked(problem: Problem, column: str, sign: float) -> float:
     return max((float(np.nanmax(sign * x)) for x in columns), default=0.0)
 
 
+def lost_at_stops(problem: Problem) -> float:
+    """Speed [m/s] that a row loses as the vehicle comes to stand, in the median stop.
+
+    The row before the last, which may hold a part of the rest.
+    """
+    speed, stands = problem.speed, problem.standing
+    last = np.flatnonzero(stands[2:] & ~stands[1:-1]) + 1
+    lost = speed[last - 1] - speed[last]
+    return max(float(np.median(lost)), 0.0) if len(lost) else 0.0
+
+
 def stiffest(problem: Problem) -> float:
     """Slip stiffness [N] beyond which an imposed drive tells none: C = m v / T.
 
