@@ -75,6 +75,7 @@ class Truth(NamedTuple):
     i_limit: float = inf
     dead_zone: float = 0.0
     hold: float = CLOCK
+    ref_delay: float = 0.0
     delay: float = 0.0
     lag: float = 0.0
     C_rr: float = 0.0

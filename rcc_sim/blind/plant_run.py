@@ -40,7 +40,8 @@ def run(p, d, T_tick, subs, out, E, line):
     behind = round(p.delay / T_tick)
     m, I_z = p.m, p.I_z
     w, v_y, r, a_F, a_R, s, z = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    i, tau, integral, i_wish, brake, held, next_hold = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    i, tau, integral, i_wish, brake, held = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    next_hold = p.ref_delay
     play, angle, since_brake = p.steer_offset, p.steer_offset, inf
     sums, before, begun, act = np.zeros(5), np.zeros(5), 0, 0.0
     row, row_yaw, rows, step = 0, 0, len(d.rows), 0
@@ -54,7 +55,7 @@ def run(p, d, T_tick, subs, out, E, line):
         # the motor's command, as the controller gives it and as it arrives
         if p.speed_mode:
             if t >= next_hold - 1e-9:
-                held = d.ref[k]
+                held = d.ref[int((t - p.ref_delay) / CLOCK + 1e-6)]
                 next_hold += p.hold
             line[tick % len(line)], integral = speed_command(
                 p, held, w, integral, T_tick

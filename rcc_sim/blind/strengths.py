@@ -314,7 +314,12 @@ ONLY = {
 }  # fmt: skip
 
 ASKED: dict[str, dict[str, Draw]] = {
-    "rc": {},
+    "rc": {
+        "reference_delay": _plain(
+            "reference_delay", "delay_s", "ref_delay",
+            lambda s, rng: round(float(rng.uniform(0.04, 0.16)), 3), 0.0,
+        ),
+    },
     "ev": {
         "friction_brake": _plain(
             "friction_brake", "share", "brake_share",

@@ -56,8 +56,8 @@ def make(
     effects: Annotated[
         str,
         typer.Option(
-            help="One of these acts in each single and pair; by commas. friction_brake "
-            "and regeneration_fade are drawn only so.",
+            help="One of these acts in each single and pair; by commas. "
+            "friction_brake, regeneration_fade and reference_delay are drawn only so.",
         ),
     ] = "",
     repeats: Annotated[

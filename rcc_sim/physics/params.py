@@ -37,13 +37,13 @@ CHASSIS: Schema = floats(
 STATE: Schema = floats(
     "t", "v_x", "v_y", "r", "w", "x", "y", "psi", "s", "z", "a_x", "integral",
     "play", "angle", "drift", "alpha_F", "alpha_R", "tau", "ref_at",
-    "steer_at", "throttle_at", "grade_at", "aux_at",
+    "heard_at", "steer_at", "throttle_at", "grade_at", "aux_at",
 )  # fmt: skip
-"""What the vehicle carries from step to step; the last five are places in tables."""
+"""What the vehicle carries from step to step; the last six are places in tables."""
 
 INPUTS: Schema = floats(
-    "v_ref", "a_ref", "throttle", "tau", "brake", "steer", "delta", "sin_delta",
-    "cos_delta", "slope", "aux", "wind",
+    "v_sent", "v_ref", "a_ref", "throttle", "tau", "brake", "steer", "delta",
+    "sin_delta", "cos_delta", "slope", "aux", "wind",
     "cell", "from_t", "per_s", "least", "steer_0", "steer_1", "steer_2", "steer_3",
 )  # fmt: skip
 """What acts on the vehicle during one step; last, how a log's steering runs there."""

@@ -11,7 +11,6 @@ from rcc_sim.jit import jit
 from rcc_sim.physics.control import most_current, speed_loop
 from rcc_sim.physics.effects.actuation_delay import command_of
 from rcc_sim.physics.effects.motor_efficiency import ETA_MIN
-from rcc_sim.physics.effects.reference_sampling import held_time
 from rcc_sim.physics.effects.rotor_inertia import reflected_mass
 from rcc_sim.physics.effects.speed_dead_zone import commands_nothing
 from rcc_sim.physics.effects.steering_delay import delayed
@@ -21,12 +20,13 @@ from rcc_sim.physics.powertrain import electrify, mapped_efficiency
 from rcc_sim.physics.run import (
     actuate,
     begin,
+    look_up_reference,
     obey_throttle,
     open_window,
     write,
 )
 from rcc_sim.physics.step import step
-from rcc_sim.physics.tables import between, command_at, seek
+from rcc_sim.physics.tables import between, seek
 
 FREE = 0.98  # 1; share of the currents between the limits in which the loop is free
 
@@ -50,13 +50,12 @@ def weigh(flow, share):
 
 
 @jit
-def look_up_inputs(p, s, u, t, rows_at, drive, road):
-    """Read what acts at t [s]: reference, steering, slope, auxiliary power and wind."""
+def look_up_inputs(p, s, u, rows_at, drive, road):
+    """Read what acts at the time: reference, steering, slope, auxiliary power, wind."""
     time, commands, held = drive
     grade, slope = road
-    sampled = held_time(t, p.reference_sampling.period_s)
-    s.ref_at = seek(sampled, time, s.ref_at)
-    u.v_ref = command_at(sampled, time, commands.ref, int(s.ref_at), held[0])
+    t = s.t
+    look_up_reference(p, s, u, time, commands.ref, held[0])
     half = 0.5 * p.control.T_loop
     u.steer = steering_at(u, t + half)
     u.aux = between(t, time, commands.aux, rows_at)
@@ -149,7 +148,8 @@ def run_replayed(
     begin(p, c, s, u, max(first, 0.0), 0.0)
     c.booked = 0.0
     enter_cell(u, time, commands.steer, 0, held[1])
-    look_up_inputs(p, s, u, time[0], 0, drive, road)
+    s.t = time[0]
+    look_up_inputs(p, s, u, 0, drive, road)
     write(c, s, u, E, flow, rows[0])
     tick = math.floor(time[0] / T + NEAR)
     for k in range(1, len(rows)):
@@ -169,9 +169,8 @@ def run_replayed(
                 open_window(flow)
             elif tick == last - 1:
                 weigh(flow, 1.0 / more)
-            t = max(tick * T, time[0])
-            s.t = t
-            look_up_inputs(p, s, u, t, before, drive, road)
+            s.t = max(tick * T, time[0])
+            look_up_inputs(p, s, u, before, drive, road)
             angle = u.steer
             r_0 = s.r
             w_0 = s.w

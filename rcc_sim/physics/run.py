@@ -14,6 +14,7 @@ from rcc_sim.physics.control import (
 from rcc_sim.physics.effects.actuation_delay import command_of
 from rcc_sim.physics.effects.motor_efficiency import ETA_MIN
 from rcc_sim.physics.effects.motor_lag import mean_force
+from rcc_sim.physics.effects.reference_delay import sent_at
 from rcc_sim.physics.effects.reference_sampling import held_time
 from rcc_sim.physics.effects.rotor_inertia import reflected_mass
 from rcc_sim.physics.effects.steering_delay import delayed
@@ -65,7 +66,7 @@ def write(c, s, u, E, flow, row):
     """Write one row: samples of the state, means of the flows since the last."""
     book_state(c, s, E)
     row.t = s.t
-    row.v_ref = u.v_ref
+    row.v_ref = u.v_sent
     row.throttle = u.throttle
     row.steer = u.steer
     row.v = s.v_x
@@ -92,11 +93,29 @@ def write(c, s, u, E, flow, row):
 
 
 @jit
-def look_up_reference(p, s, u, ref):
-    """Read the speed reference that holds at the state's time."""
-    t_held = held_time(s.t, p.reference_sampling.period_s)
-    s.ref_at = seek(t_held, ref[0], s.ref_at)
-    u.v_ref = between(t_held, ref[0], ref[1], int(s.ref_at))
+def look_up_reference(p, s, u, time, ref, how):
+    """Read the speed reference that is sent at the state's time, and that is heard.
+
+    ``how`` it runs between the entries of ``ref`` is told as in ``command_at``. Of what
+    was sent a part of a tick ago, both ticks have their share, as with ``delayed``.
+    """
+    period, delay = p.reference_sampling.period_s, p.reference_delay.delay_s
+    T = p.control.T_loop
+    t_held = held_time(s.t, period)
+    s.ref_at = seek(t_held, time, s.ref_at)
+    u.v_sent = command_at(t_held, time, ref, int(s.ref_at), how)
+    if delay <= 0.0:
+        s.heard_at = s.ref_at
+        u.v_ref = u.v_sent
+        return
+    ticks = sent_at(s.t, delay) / T
+    whole = math.floor(ticks)
+    t_held = held_time(whole * T, period)
+    s.heard_at = seek(t_held, time, s.heard_at)
+    earlier = command_at(t_held, time, ref, int(s.heard_at), how)
+    t_held = held_time((whole + 1.0) * T, period)
+    later = command_at(t_held, time, ref, seek(t_held, time, s.heard_at), how)
+    u.v_ref = earlier + (later - earlier) * (ticks - whole)
 
 
 @jit
@@ -120,7 +139,8 @@ def look_up_road(p, s, u, grade, aux, t, distance):
 @jit
 def follow_reference(p, c, s, u, f, flow, ref):
     """Let a driver decide torque [N m] and brake for the tick: torque mode."""
-    u.a_ref = slope_of(s.t + 0.5 * p.control.T_loop, ref[0], ref[1], s.ref_at)
+    middle = sent_at(s.t, p.reference_delay.delay_s) + 0.5 * p.control.T_loop
+    u.a_ref = slope_of(middle, ref[0], ref[1], s.heard_at)
     resist(p, c, u, f, s.v_x, s.w)
     R = f.ground
     tau_loss = f.visc + f.dry + f.iron
@@ -201,7 +221,7 @@ def run_commanded(P, work, drive, maps, lines, rows, sinks, every, substeps):
     eff = max(p.motor_efficiency.scale, ETA_MIN)
     varies = len(grade[0]) > 1 or len(aux[0]) > 1
     begin(p, c, s, u, ref[1][0], 0.0)
-    look_up_reference(p, s, u, ref)
+    look_up_reference(p, s, u, ref[0], ref[1], LINE)
     look_up_road(p, s, u, grade, aux, s.t, s.s)
     write(c, s, u, E, flow, rows[0])
     for k in range(1, len(rows)):
@@ -210,7 +230,7 @@ def run_commanded(P, work, drive, maps, lines, rows, sinks, every, substeps):
         for j in range(every):
             tick = (k - 1) * every + j
             s.t = tick * T
-            look_up_reference(p, s, u, ref)
+            look_up_reference(p, s, u, ref[0], ref[1], LINE)
             if varies:
                 look_up_road(p, s, u, grade, aux, s.t, s.s)
             if p.control.mode == SPEED:
@@ -237,7 +257,8 @@ def run_commanded(P, work, drive, maps, lines, rows, sinks, every, substeps):
                     eff = mapped_efficiency(p, c, u, f, flow, eta, dt)
                 electrify(p, c, u, f, E, flow, eff, dt)
         s.t = k * every * T
-        look_up_reference(p, s, u, ref)  # what a row samples holds from its time on
+        # what a row samples holds from its time on
+        look_up_reference(p, s, u, ref[0], ref[1], LINE)
         write(c, s, u, E, flow, rows[k])
 
 
@@ -258,7 +279,7 @@ def run_imposed(P, work, drive, maps, rows, sinks):
     varies = len(grade[0]) > 1 or len(aux[0]) > 1
     begin(p, c, s, u, speed[0], yaw_rate[0])
     look_up_road(p, s, u, grade, aux, time[0], 0.0)
-    u.v_ref = speed[0]
+    u.v_sent = speed[0]
     s.t = time[0]
     write(c, s, u, E, flow, rows[0])
     for k in range(1, len(rows)):
@@ -280,5 +301,5 @@ def run_imposed(P, work, drive, maps, rows, sinks):
             eff = mapped_efficiency(p, c, u, f, flow, eta, dt)
         electrify(p, c, u, f, E, flow, eff, dt)
         s.t = time[k]
-        u.v_ref = speed[k]
+        u.v_sent = speed[k]
         write(c, s, u, E, flow, rows[k])

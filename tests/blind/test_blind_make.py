@@ -304,3 +304,12 @@ def test_effects_that_are_asked_for_act_in_each_case(tmp_path):
         assert ("headwind" in case["effects"]) == (WIND in case["profiles"])
     with pytest.raises(InputError, match="--effects: none is called 'friction_brake'"):
         make(tmp_path / "rc", cases=1, seed=5, families=["rc"], effects=asked)
+
+
+def test_a_late_reference_is_drawn_where_it_is_asked_for(tmp_path):
+    seal = make(tmp_path / "late", cases=2, seed=5, kinds=["single"],
+                effects=["reference_delay"])  # fmt: skip
+    for case in json.loads(seal.labels.read_text())["cases"].values():
+        assert (case["family"], case["effects"]) == ("rc", ["reference_delay"])
+        (delay,) = case["magnitudes"]["reference_delay"].values()
+        assert 0.04 <= delay <= 0.16

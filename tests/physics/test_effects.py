@@ -59,6 +59,7 @@ OFF_NEUTRAL = {
     "steering_backlash": {"width_rad": 0.01},
     "steering_drag": {"force_n_per_rad": 4.0},
     "actuation_delay": {"delay_s": 0.0203},
+    "reference_delay": {"delay_s": 0.0505},
     "motor_lag": {"time_constant_s": 0.05},
     "tyre_relaxation": {"length_m": 0.1},
     "speed_sensor_scale": {"scale": 1.02},

@@ -8,7 +8,6 @@ import numpy as np
 
 from rcc_sim.channel import moving_mean, rows_in
 from rcc_sim.diagnose.residuals.shapes import BEYOND_SHAFT
-from rcc_sim.physics.effects.sensor_delay import late
 
 if TYPE_CHECKING:
     from rcc_sim.diagnose.residuals.problem import Problem
@@ -69,7 +68,7 @@ def likeliest_delay(problem: Problem) -> tuple[float, float]:
         return 0.0, 1.0
 
     def apart(delay: float) -> float:
-        there = late(model, time, delay, sampled=True)
+        there = np.interp(time - delay, time, model)
         return float(np.mean((logged - there)[known] ** 2))
 
     left = np.array([apart(d) for d in delays])

@@ -21,7 +21,6 @@ from rcc_sim.definitions.sensors import INERTIAL
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.residuals.beside_motor import MOTOR
 from rcc_sim.diagnose.residuals.terminals import CURRENT, POWER, VOLTAGE, knows_voltage
-from rcc_sim.physics.effects.sensor_delay import late
 from rcc_sim.simulate.spans import CLOSE, FLOWS
 from rcc_sim.units import G
 
@@ -189,8 +188,9 @@ def late_of(problem: Problem) -> dict[str, list[Array]]:
     if is_shaped(problem):
         read = problem.nominal
         if problem.late:
-            when = problem.log["time_s"], problem.late
-            read = {c: late(read[c], *when, sampled=True) for c in problem.channels}
+            time = problem.log["time_s"]
+            ago = time - problem.late
+            read = {c: np.interp(ago, time, read[c]) for c in problem.channels}
         each = [(c in BEYOND_SHAFT, read[c]) for c in problem.channels]
         off = {
             k: [np.nan_to_num(shifted(x, k) - x) * its for its, x in each]

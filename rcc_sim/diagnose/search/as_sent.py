@@ -23,6 +23,7 @@ from rcc_sim.physics.tables import BEFORE, LINE, SINCE
 from rcc_sim.simulate.drive import Drive
 
 LATE = {
+    "reference_delay": 0,
     "actuation_delay": 0,
     "motor_lag": 0,
     "steering_delay": 1,

@@ -48,21 +48,22 @@ def late(values, time, delay, sampled):
     """Readings of `delay` [s] ago, or of as much ahead where it is negative.
 
     Before the start the first value holds, beyond the end the last. Samples are
-    interpolated. Means are those of the interval that came `delay` earlier, from their
-    running integral, so that no energy is lost between rows. It is a cubic spline:
-    straight lines would make half a row's delay a mean of two rows, and a fit would
-    find a delay wherever smoother readings please it.
+    interpolated, within the range that they have. Means are those of the interval that
+    came `delay` earlier, from their running integral, so that no energy is lost between
+    rows. Either is a cubic spline: straight lines would make half a row's delay a mean
+    of two rows, and a fit would find a delay wherever smoother readings please it.
     """
     import numpy as np
 
+    past = time - delay
+    inside = np.clip(past, time[0], time[-1])
     if sampled:
-        return np.interp(time - delay, time, values)
+        return np.clip(spline(inside, time, values), values.min(), values.max())
     steps = np.diff(time)
     total = np.concatenate([[0.0], np.cumsum(values[1:] * steps)])
-    past = time - delay
     beyond = np.minimum(past - time[0], 0.0) * values[1]
     beyond += np.maximum(past - time[-1], 0.0) * values[-1]
-    within = spline(np.clip(past, time[0], time[-1]), time, total)
+    within = spline(inside, time, total)
     return np.concatenate([values[:1], np.diff(within + beyond) / steps])
 
 
