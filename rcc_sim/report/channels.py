@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
+from rcc_sim.report.text import figures
 from rcc_sim.units import SUFFIXES, unit_of
 
 TITLES = {
@@ -38,6 +42,7 @@ TITLES = {
 WAYS = {
     "drag": "a drag",
     "power": "a power",
+    "mass": "a mass",
     "steer": "an angle of the wheels",
     "grip": "a grip",
     "efficiency": "an efficiency",
@@ -47,6 +52,12 @@ WAYS = {
 
 MAP = "a measured map states that: effects.motor_efficiency.map"
 """What is said of an efficiency that is no constant."""
+
+LADEN = "a log from stop to stop tells it as payload"
+"""What is said of a mass that changes."""
+
+KNOWN = 2.0
+"""Times its least sd up to which a course is known well enough to be told."""
 
 
 def title_of(column: str) -> str:
@@ -62,13 +73,26 @@ def title_of(column: str) -> str:
     return plain[:1].upper() + plain[1:]
 
 
-def way_of(acts_as: str) -> str:
+def way_of(acts_as: str, course: Mapping[str, Any] | None = None) -> str:
     """Return how something unknown acts, in words; an effect's own id for itself.
+
+    With its ``course``, from what to what, where that is known as well as anywhere.
 
     >>> way_of("steer"), way_of("rolling_resistance")
     ('an angle of the wheels', 'a changing rolling_resistance')
+    >>> course = {"value": [-50.0, 800.0, 0.0], "sd": [30.0, 400.0, 20.0]}
+    >>> way_of("mass", {"figure": "effects.payload.mass_kg", **course})
+    'a mass (−50 to 0 kg beside what is stated)'
     """
-    return WAYS.get(acts_as, f"a changing {acts_as}")
+    told = WAYS.get(acts_as, f"a changing {acts_as}")
+    if not course:
+        return told
+    pairs = list(zip(course["value"], course["sd"], strict=True))
+    least = KNOWN * min(sd for _, sd in pairs)
+    known = [x for x, sd in pairs if sd <= least]
+    unit = unit_of(str(course["figure"])).replace("1", "")
+    span = f"{figures(min(known))} to {figures(max(known))} {unit}".rstrip()
+    return f"{told} ({span} beside what is stated)"
 
 
 def mend_of(acts_as: str, follows: str) -> str:
@@ -77,6 +101,8 @@ def mend_of(acts_as: str, follows: str) -> str:
     >>> mend_of("drag", "time_s"), mend_of("efficiency", "time_s")
     ('', '')
     """
+    if acts_as == "mass":
+        return LADEN
     return MAP if acts_as == "efficiency" and follows != "time_s" else ""
 
 

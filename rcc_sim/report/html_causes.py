@@ -166,7 +166,8 @@ def _left(diagnosis: Mapping[str, Any]) -> Markup:
         return tag("p", "Nothing beyond noise is left over.")
     if left.get("acts_as"):
         follows = title_of(str(left.get("follows", ""))).lower()
-        text += f"; it acts like {way_of(str(left['acts_as']))} that follows {follows}"
+        way = way_of(str(left["acts_as"]), left.get("course"))
+        text += f"; it acts like {way} that follows {follows}"
         text += "".join(
             f" (--candidates {x} asks for that)" for x in left.get("may_be", ())
         )

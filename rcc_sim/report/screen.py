@@ -141,9 +141,10 @@ def _told(found: Diagnosis, room: int) -> Iterator[tuple[str, str]]:
     yield from doubtful
     if found.left.is_real:
         left = found.left
+        course = left.profile.document() if left.profile else None
         yield (
             "LEFT",
-            f"{of(found.gaps[left.log].log)}acts as {way_of(left.acts_as)}, "
+            f"{of(found.gaps[left.log].log)}acts as {way_of(left.acts_as, course)}, "
             f"follows {left.follows} ({left.evidence:.0f} nats)"
             + ", at " * bool(left.windows)
             + ", ".join(

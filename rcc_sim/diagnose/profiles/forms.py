@@ -15,13 +15,14 @@ EFFICIENT = "efficiency"
 CARRIERS = {
     "drag": ("effects.drivetrain_friction.torque_nm", "effects.road_load.a_n"),
     "power": ("effects.auxiliary_load.power_w",),
+    "mass": ("effects.payload.mass_kg",),
     "steer": ("effects.steering_offset.angle_rad",),
     "grip": (STIFFNESS[0],),
     EFFICIENT: (EFFICIENCY,),
 }
-"""How something unknown may act: as a drag, a power, an angle of the wheels, a grip or
-an efficiency that changes; and the figure by which the model is made to do so (the
-second, where a file states it)."""
+"""How something unknown may act: as a drag, a power, a mass, an angle of the wheels, a
+grip or an efficiency that changes; and the figure by which the model is made to do so
+(the second, where a file states it)."""
 
 CORNERING = ("steer", "grip")
 """Those of them that show in cornering alone."""
@@ -48,12 +49,14 @@ AFTER = (SINCE_BRAKING, SINCE_STANDING)
 MODELLED = ("speed_mps", TORQUE, *AFTER)
 """Those of them that the model knows where the log has no such column."""
 
-OTHERS = {
+OTHERS: dict[str, dict[str, tuple[int, ...]]] = {
     "grip": {"time_s": (40, 120), "speed_mps": (16,), STEERING: (16,)},
+    "mass": {"time_s": (25, 40)},
     EFFICIENT: {TORQUE: (8, 16), "speed_mps": (16,), "time_s": (25, 40)},
 }
-"""What a grip follows: a patch is short, and no noise of cornering is slow. And what an
-efficiency does, as any that was measured, and as what grows hot."""
+"""What a grip follows: a patch is short, and no noise of cornering is slow. A mass gets
+in and out. And what an efficiency does, as any that was measured, and as what grows
+hot."""
 
 CHANGES = {
     "time_s": (4, 8, 16), STEERING: (8, 16),
