@@ -327,6 +327,17 @@ def test_repeated_stamps_and_missing_ones_are_counted():
     assert len(checked.trace) == len(log) - 6
 
 
+def test_rows_that_share_a_coarse_stamp_are_told_by_how_many():
+    time = np.arange(600) / 10.0
+    log = Trace({"time_s": np.floor(time + 0.3), "speed_mps": np.sin(time) + 2.0})
+    (one,) = found(check_log(log), "duplicate_stamps", "time_s")
+    assert "each stamp has 10 rows: a --map with rate_hz = 10 and no" in one.action
+    twice = np.sort(np.concatenate([time, time[:100]]))
+    log = Trace({"time_s": twice, "speed_mps": np.sin(twice) + 2.0})
+    (one,) = found(check_log(log), "duplicate_stamps", "time_s")
+    assert one.action == "100 rows left out"
+
+
 def test_a_logger_that_was_switched_off_lost_no_rows():
     time = np.arange(400) / 10.0
     time[200:] += 1800.0

@@ -41,6 +41,10 @@ OFF, EVEN = 0.1, 0.95
 """Share of a usual step by which a step may be off a multiple of it, and share of the
 steps that are not, for a clock to be an even one of which rows were lost."""
 
+FEW_STAMPS, ALIKE = 5, 0.2
+"""Fewest stamps from which it is told how many rows share one, and the share of their
+number by which that may differ from stamp to stamp."""
+
 MANY_DRIVES = 5
 """Times that a clock may start anew for its rows to be told one by one."""
 
@@ -99,9 +103,11 @@ def _order(time: Array) -> tuple[Mask, list[Finding]]:
     if len(same):
         keep[same] = False
         what = f"{len(same)} rows repeat the stamp of the row before"
+        mend = ""
         if len(same) > LOST * len(time):
             what += ": the stamps are too coarse, or rows stand twice"
-        findings.append(_dropped("duplicate_stamps", what, same))
+            mend = _counted_evenly(time[rows])
+        findings.append(_dropped("duplicate_stamps", what, same, mend))
         rows = np.flatnonzero(keep)
     steps = np.diff(time[rows])
     if (steps < 0).any():
@@ -110,6 +116,26 @@ def _order(time: Array) -> tuple[Mask, list[Finding]]:
         keep[out] = False
         findings.append(_backwards(time, rows, out))
     return keep, findings
+
+
+def _counted_evenly(time: Array) -> str:
+    """Return how to keep rows of which about as many each have the same stamp.
+
+    As of a clock of whole seconds at 10 Hz; an empty text where they do not.
+    """
+    new = np.flatnonzero(np.diff(time) != 0) + 1
+    each, step = np.diff(new), np.diff(time[new])
+    if len(each) < FEW_STAMPS or np.median(each) < 2:
+        return ""
+    middle = float(np.median(each))
+    alike = np.abs(each - middle) <= max(1.0, ALIKE * middle)
+    if alike.mean() < EVEN or np.median(step) <= 0:
+        return ""
+    rate = float(each.sum() / step.sum())
+    return (
+        f"each stamp has {middle:.0f} rows: a --map with rate_hz = {rate:.4g} and no "
+        "time_s keeps them all, evenly spread"
+    )
 
 
 def _backwards(time: Array, rows: NDArray[np.intp], out: NDArray[np.intp]) -> Finding:
@@ -153,14 +179,14 @@ def _scale(steps: Array) -> float:
     return unit[0].factor if unit and unit[0].factor else 1.0
 
 
-def _dropped(kind: str, what: str, rows: NDArray[np.intp]) -> Finding:
+def _dropped(kind: str, what: str, rows: NDArray[np.intp], mend: str = "") -> Finding:
     place = f"row {rows[0] + 1}" + (f" to {rows[-1] + 1}" if len(rows) > 1 else "")
     return Finding(
         kind,
         "time_s",
         what,
         place,
-        action=f"{len(rows)} rows left out",
+        action=f"{len(rows)} rows left out" + (f"; {mend}" if mend else ""),
         severity="warning",
     )
 
