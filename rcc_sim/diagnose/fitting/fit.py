@@ -75,6 +75,16 @@ class Fit:
             signals=[self.signals[i] for i in kept],
         )
 
+    def beside(self, more: Sequence[tuple[Knob, list[Array]]]) -> Fit:
+        """Return the same with more figures free, each with what it does to a track."""
+        knobs = [knob for knob, _ in more]
+        return replace(
+            self,
+            values=self.values | {k.key: k.value for k in knobs},
+            knobs=(*self.knobs, *knobs),
+            signals=[*self.signals, *(signal for _, signal in more)],
+        )
+
     def without(self, keys: Sequence[str]) -> Fit:
         """Return the same without some figures, in whose place others act."""
         left = {k: x for k, x in self.values.items() if k not in keys}

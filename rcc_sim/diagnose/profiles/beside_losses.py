@@ -57,14 +57,14 @@ def stands(engine: Engine, fit: Fit, cause: Cause, free: Free, acting: bool) -> 
     """Tell whether a cause gains most of its nats beside some courses."""
     if not cause.profiles:
         nats = constant_nats(engine, fit, fit, cause.keys)
-        beside = constant_nats(engine, fit, with_courses(fit, free), cause.keys)
+        beside = constant_nats(engine, fit, fit.beside(free), cause.keys)
     else:
         key = cause.keys[0]
         probe = Probe(engine, held(fit, key), key)
         if acting:
             probe = probe.as_if_none(cause.profiles)
         nats = nats_of(probe, cause)
-        beside = nats_of(probe.by(with_courses(probe.fit, free)), cause)
+        beside = nats_of(probe.by(probe.fit.beside(free)), cause)
     return beside >= max(ENOUGH, MOSTLY * nats)
 
 
@@ -86,17 +86,6 @@ def courses(engine: Engine, fit: Fit, losses: Iterable[Profile]) -> Free:
             signal = [e * acts[i][:, j] if e.any() else e for (i, _), e in tracks]
             free.append((Knob(f"course.{n}.{j}", 0.0, 1.0), signal))
     return free
-
-
-def with_courses(fit: Fit, free: Free) -> Fit:
-    """Return a fit in which some courses are free as well."""
-    knobs = [knob for knob, _ in free]
-    return replace(
-        fit,
-        values=fit.values | {k.key: k.value for k in knobs},
-        knobs=(*fit.knobs, *knobs),
-        signals=[*fit.signals, *(signal for _, signal in free)],
-    )
 
 
 def constant_nats(engine: Engine, fit: Fit, wide: Fit, keys: Sequence[str]) -> float:

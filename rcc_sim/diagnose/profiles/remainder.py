@@ -242,8 +242,10 @@ def acting_as(engine: Engine, fit: Fit, name: str, key: str) -> list[Remainder]:
     follows = OTHERS.get(name, FOLLOWS)
     if name != EFFICIENT:
         return [likeliest_of(probe, name, follows)]
-    # it may go by all of them at once
-    return [likeliest_of(probe, name, {x: n}) for x, n in follows.items()]
+    # it may go by all of them at once; one that stays as it is has not to be unknown
+    level = Knob(f"{key}.level", 0.0, inf)
+    freed = probe.by(fit.beside([(level, probe.signal)]))
+    return [likeliest_of(probe, name, {x: n}, freed) for x, n in follows.items()]
 
 
 def changing(engine: Engine, fit: Fit, name: str, knob: Knob) -> list[Remainder]:
@@ -260,9 +262,15 @@ def changing(engine: Engine, fit: Fit, name: str, knob: Knob) -> list[Remainder]
 
 
 def likeliest_of(
-    probe: Probe, name: str, follows: Mapping[str, tuple[int, ...]]
+    probe: Probe,
+    name: str,
+    follows: Mapping[str, tuple[int, ...]],
+    freed: Probe | None = None,
 ) -> Remainder:
-    """Return the likeliest form of one way of acting."""
+    """Return the likeliest form of one way of acting.
+
+    What it gains is that of a probe that is ``freed`` of something, where that is less.
+    """
     best = Remainder(0.0, name, "", [], shares=probe.shares)
     for i, problem in enumerate(probe.engine.problems):
         for along, counts in follows.items():
@@ -277,11 +285,14 @@ def likeliest_of(
             if name == EFFICIENT:  # none goes up and down from one torque to the next
                 tried = [p for p in tried if p.coherence >= TIED]
             profile = max(tried, key=lambda p: p.evidence, default=None)
-            if profile and profile.evidence > best.evidence:
-                found = windows_of(probe, i, profile, x)
-                best = Remainder(
-                    profile.evidence, name, along, found, profile, i, probe.shares
+            nats = profile.evidence if profile else 0.0
+            if freed and profile:
+                nats = min(
+                    nats, freed.profile(i, along, x, len(profile.knots)).evidence
                 )
+            if profile and nats > best.evidence:
+                found = windows_of(probe, i, profile, x)
+                best = Remainder(nats, name, along, found, profile, i, probe.shares)
     return best
 
 
