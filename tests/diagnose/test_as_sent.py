@@ -8,7 +8,11 @@ from rcc_sim.analyse.logged import Logged
 from rcc_sim.definitions.cycle import Cycle, parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose import run
+from rcc_sim.diagnose.causes.candidates import candidates_for
+from rcc_sim.diagnose.fitting.engine import Engine
+from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.run import diagnose
+from rcc_sim.diagnose.search.as_sent import freed
 from rcc_sim.diagnose.search.compete import compete
 from rcc_sim.physics.tables import SINCE
 from rcc_sim.similitude.cycles import scale_cycle
@@ -39,7 +43,7 @@ def asked():
     return {c: run[c] for c in ("time_s", *COMMANDS)}
 
 
-def sent(asked, row, delay=0.0, *, hold=True, lag=0.0):
+def sent(asked, row, delay=0.0, *, hold=True, lag=0.0, motor=0.0):
     """A log of commands that were sent at each of its rows, and held; or every tick.
 
     Its flows are samples if they held, and means since the row before if not.
@@ -51,6 +55,7 @@ def sent(asked, row, delay=0.0, *, hold=True, lag=0.0):
     time = asked["time_s"][:n]
     acts = {"steering_delay": {"delay_s": delay}} if delay else {}
     acts |= {"steering_lag": {"time_constant_s": lag}} if lag else {}
+    acts |= {"motor_lag": {"time_constant_s": motor}} if motor else {}
     true = CAR.changed(effects=acts)
     columns = {"time_s": time, **{c: held[c][:n] for c in COMMANDS}}
     seen = replay(true, drive_of(Trace(columns), true))
@@ -62,6 +67,19 @@ def sent(asked, row, delay=0.0, *, hold=True, lag=0.0):
         columns[name] = x + rng.normal(0, sd, len(x))
     columns["speed_mps"] = np.abs(columns["speed_mps"])
     return Logged(Trace(columns, name="sent"), (), None)
+
+
+def test_of_each_cause_it_is_asked_how_commands_run(asked):
+    """One asks of the reference alone, the other of the steering, whatever is first."""
+    problem = problem_of(sent(asked, 0.02, 0.08, motor=0.15).log, CAR)
+    able = candidates_for([problem], ["motor_lag", "steering_delay"])
+    seen = []
+
+    def asks(engine, fit, before):
+        seen.append(freed(fit) - freed(before))
+
+    compete(Engine([problem]), able, asked=asks)
+    assert sorted(seen, key=str) == [{"motor_lag"}, {"steering_delay"}]
 
 
 @pytest.mark.parametrize("row", [0.02, pytest.param(0.05, marks=pytest.mark.thorough)])

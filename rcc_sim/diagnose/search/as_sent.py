@@ -46,8 +46,8 @@ def as_sent(
     lags one that is logged while it acts by as much; and so do flows that are samples
     such as are means since the row before. The vehicle as it is stated may like it
     better so; but a motor or a steering that is late, or slow, may seem to hold it:
-    with the first cause it is asked, and all is explained so if it still is, or if logs
-    are about as likely without such a cause where the command holds. Where what
+    with the first cause it is asked, and all is explained so if it still is; and with
+    each, if logs are about as likely without it where the command holds. Where what
     was found may do as well, or fewer causes, another way, all is explained that way,
     too, and the likelier explanation stands. A cause fewer is worth what one must gain.
 
@@ -73,10 +73,11 @@ def as_sent(
     again = likeliest(others, found.engine, found.fit, least)
     if again is None:
         return begun, found
-    anew = explained(again, null if again is engine else None, None)
+    late = Likelier((), ways)  # a cause that a command which holds passes for
+    anew = explained(again, null if again is engine else None, late)
     fewer = len(anew.causes) - len(found.causes)
     if found.fit.score + ENOUGH * fewer <= anew.fit.score:
-        return again, anew
+        return driven_as(engine, like=anew.engine), anew
     return begun, found
 
 
@@ -124,7 +125,7 @@ class Likelier:
         self._some, self._ways = some, ways
 
     def __call__(self, engine: Engine, fit: Fit, null: Fit) -> Way | None:
-        """Tell it by a fit with a first cause, and one of tolerances alone."""
+        """Tell it by a fit with one more cause, and the one before."""
         best, self._some = likeliest(self._some, engine, fit, fit.score), []
         late = {LATE[effect] for effect in freed(fit) - freed(null) if effect in LATE}
         if best is None and late:

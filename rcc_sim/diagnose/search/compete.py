@@ -73,7 +73,7 @@ def compete(
     """Find the smallest set of effects that the logs ask for.
 
     ``null`` is what tolerances alone leave, where that is known; ``asked`` tells how
-    logs with the first cause are likelier driven, if not as they are: all begins anew.
+    logs with one more cause are likelier driven, if not as they are: all begins anew.
     """
     base = engine
     told("tolerances")
@@ -94,13 +94,13 @@ def compete(
         if not now.causes:
             now.ranking |= {r.screened.candidate.effect: r.gain for r in look.refined}
             close = look.close
+        before = now.fit
         taken = now.take_in(look)
         if not taken:
             break
         if taken == CONSTANT and asked:
-            if way := asked(now.engine, now.fit, null):
+            if way := asked(now.engine, now.fit, before):
                 return compete(way(base), candidates, told, asked=asked)
-            asked = None
     if late:
         now.rank(late.screened.candidate.effect, late.gain)
     told("leaving out what is not needed")
