@@ -117,20 +117,20 @@ class Likelier:
 
     That is one of ``some`` ways; or, where the cause is one that a command which holds
     passes for, one of all ``ways`` that differs by that alone, and asks for no such
-    cause: logs are about as likely by tolerances alone. Once they are driven another
+    cause: logs are about as likely by what was found before. Once they are driven another
     way, commands can but hold more.
     """
 
     def __init__(self, some: Sequence[Engine], ways: Sequence[Engine]) -> None:
         self._some, self._ways = some, ways
 
-    def __call__(self, engine: Engine, fit: Fit, null: Fit) -> Way | None:
+    def __call__(self, engine: Engine, fit: Fit, before: Fit) -> Way | None:
         """Tell it by a fit with one more cause, and the one before."""
         best, self._some = likeliest(self._some, engine, fit, fit.score), []
-        late = {LATE[effect] for effect in freed(fit) - freed(null) if effect in LATE}
+        late = {LATE[effect] for effect in freed(fit) - freed(before) if effect in LATE}
         if best is None and late:
             others = [way for way in self._ways if holds_more(way, engine, late)]
-            best = likeliest(others, engine, null, fit.score - ENOUGH)
+            best = likeliest(others, engine, before, fit.score - ENOUGH)
         return None if best is None else partial(driven_as, like=best)
 
 
