@@ -90,9 +90,9 @@ def way_of(acts_as: str, course: Mapping[str, Any] | None = None) -> str:
     pairs = list(zip(course["value"], course["sd"], strict=True))
     least = KNOWN * min(sd for _, sd in pairs)
     known = [x for x, sd in pairs if sd <= least]
-    unit = unit_of(str(course["figure"])).replace("1", "")
-    span = f"{figures(min(known))} to {figures(max(known))} {unit}".rstrip()
-    return f"{told} ({span} beside what is stated)"
+    unit = unit_of(str(course["figure"]))
+    span = f"{figures(min(known))} to {figures(max(known))}"
+    return f"{told} ({span}{f' {unit}' * (unit != '1')} beside what is stated)"
 
 
 def mend_of(acts_as: str, follows: str) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from math import hypot, sqrt
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,9 @@ from rcc_sim.diagnose.fitting.knobs import Knob
 from rcc_sim.diagnose.noise.whitener import Whitener
 
 Array = NDArray[np.float64]
+
+Free: TypeAlias = Sequence[tuple[Knob, list[Array]]]
+"""Figures that are free beside those of a fit, and what each does to each track."""
 
 RIDGE, FIRM = 1e-10, 1e-9
 """Added to a diagonal of ones, for figures of which nothing is known; and where a step
@@ -75,7 +79,7 @@ class Fit:
             signals=[self.signals[i] for i in kept],
         )
 
-    def beside(self, more: Sequence[tuple[Knob, list[Array]]]) -> Fit:
+    def beside(self, more: Free) -> Fit:
         """Return the same with more figures free, each with what it does to a track."""
         knobs = [knob for knob, _ in more]
         return replace(

@@ -4,26 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rcc_sim.definitions.vehicle import EFFICIENCY
 from rcc_sim.diagnose.causes.cause import ENOUGH, Cause
 from rcc_sim.diagnose.causes.profile import Profile
 from rcc_sim.diagnose.causes.strengths import prior_of, smooth, windows
 from rcc_sim.diagnose.fitting.engine import Engine
-from rcc_sim.diagnose.fitting.fit import Fit, of_unit_diagonal
+from rcc_sim.diagnose.fitting.fit import Fit, Free, of_unit_diagonal
 from rcc_sim.diagnose.fitting.knobs import Knob
 from rcc_sim.diagnose.noise.whitener import weights
 from rcc_sim.diagnose.profiles.forms import EFFICIENT
 from rcc_sim.diagnose.profiles.probe import Probe
 from rcc_sim.diagnose.profiles.remainder import Remainder
 from rcc_sim.diagnose.profiles.varying import held
-
-Free: TypeAlias = list[tuple[Knob, list[NDArray[np.float64]]]]
-"""Strengths that are free, and what each does to each track."""
 
 MOSTLY = 0.5
 """Share of what a cause gains that it must gain beside an efficiency, too. Of eleven
@@ -77,7 +72,7 @@ def courses(engine: Engine, fit: Fit, losses: Iterable[Profile]) -> Free:
     tracks = list(
         zip(engine.tracks, Probe(engine, fit, EFFICIENCY).signal, strict=True)
     )
-    free: Free = []
+    free = []
     for n, course in enumerate(losses):
         Z = course.rms * np.linalg.inv(np.linalg.cholesky(smooth(len(course.knots)))).T
         x = [p.coordinate(course.along) for p in engine.problems]

@@ -285,12 +285,13 @@ def likeliest_of(
             if name == EFFICIENT:  # none goes up and down from one torque to the next
                 tried = [p for p in tried if p.coherence >= TIED]
             profile = max(tried, key=lambda p: p.evidence, default=None)
-            nats = profile.evidence if profile else 0.0
-            if freed and profile:
-                nats = min(
-                    nats, freed.profile(i, along, x, len(profile.knots)).evidence
-                )
-            if profile and nats > best.evidence:
+            if profile is None or profile.evidence <= best.evidence:
+                continue
+            nats = profile.evidence
+            if freed:
+                again = freed.profile(i, along, x, len(profile.knots))
+                nats = min(nats, again.evidence)
+            if nats > best.evidence:
                 found = windows_of(probe, i, profile, x)
                 best = Remainder(nats, name, along, found, profile, i, probe.shares)
     return best

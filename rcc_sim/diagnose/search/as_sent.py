@@ -117,8 +117,8 @@ class Likelier:
 
     That is one of ``some`` ways; or, where the cause is one that a command which holds
     passes for, one of all ``ways`` that differs by that alone, and asks for no such
-    cause: logs are about as likely by what was found before. Once they are driven another
-    way, commands can but hold more.
+    cause: logs are about as likely by what was found before. Once they are driven
+    another way, commands can but hold more.
     """
 
     def __init__(self, some: Sequence[Engine], ways: Sequence[Engine]) -> None:

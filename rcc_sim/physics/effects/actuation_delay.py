@@ -2,7 +2,7 @@
 
 from rcc_sim.jit import jit
 from rcc_sim.physics.effect import Effect, Param, Sought
-from rcc_sim.physics.effects.steering_delay import delayed
+from rcc_sim.physics.effects.steering_delay import DEAD_TIMES, delayed
 
 
 @jit
@@ -22,7 +22,7 @@ EFFECT = Effect(
             bounds=(0.0, 2.0),
             typical=(0.005, 0.1),
             about="dead time of the command",
-            sought=Sought(tried=(0.01, 0.03, 0.06, 0.1, 0.16)),
+            sought=Sought(tried=DEAD_TIMES),
         ),
     ),
     channels=("speed_mps", "motor_current_a"),

@@ -3,6 +3,8 @@
 from rcc_sim.jit import jit
 from rcc_sim.physics.effect import Effect, Param, Sought
 
+DEAD_TIMES = (0.01, 0.03, 0.06, 0.1, 0.16)  # s; those of a command that are tried
+
 
 @jit
 def delayed(line, k, delay, T, value):
@@ -32,7 +34,7 @@ EFFECT = Effect(
             bounds=(0.0, 2.0),
             typical=(0.01, 0.2),
             about="dead time of the command",
-            sought=Sought(tried=(0.01, 0.03, 0.06, 0.1, 0.16)),
+            sought=Sought(tried=DEAD_TIMES),
         ),
     ),
     channels=("yaw_rate_radps", "accel_y_mps2"),
