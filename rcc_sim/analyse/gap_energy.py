@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -111,6 +111,21 @@ def logged_power(log: Trace) -> Array | None:
         voltage = bridged_but_holes(log["time_s"], log["battery_voltage_v"])
         return voltage * log["battery_current_a"]
     return None
+
+
+def without_offsets(log: Trace, offsets: Mapping[str, float]) -> Trace:
+    """Return a log as its meters would read without these offsets, by column.
+
+    A power that was logged beside its voltage and current, and has no offset of its
+    own, has theirs.
+    """
+    columns = {c: x - offsets.get(c, 0.0) for c, x in log.columns.items()}
+    power, parts = "battery_power_w", ("battery_voltage_v", "battery_current_a")
+    if power in log and power not in offsets and all(c in log for c in parts):
+        u, i = parts
+        more = log[u] * log[i] - columns[u] * columns[i]
+        columns[power] = columns[power] - np.nan_to_num(more)
+    return replace(log, columns=columns)
 
 
 def bridged_but_holes(time: Array, values: Array) -> Array:

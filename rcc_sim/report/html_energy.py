@@ -9,7 +9,9 @@ from rcc_sim.analyse.energy import compared
 from rcc_sim.report.channels import title_of
 from rcc_sim.report.findings import Report
 from rcc_sim.report.html_parts import (
+    METERS,
     OTHER_DRIVE,
+    SHIFTS,
     SMALL,
     Column,
     bar,
@@ -87,7 +89,8 @@ def cause_steps(report: Report) -> Sequence[tuple[str, float]]:
     if prices is None:
         return []
     steps = [(effect_title(name), wh) for name, wh in prices.causes.items()]
-    steps.append(("shifts of stated figures", prices.figures_wh))
+    steps.append((SHIFTS, prices.figures_wh))
+    steps.append((METERS, prices.meters_wh))
     return [(OTHER_DRIVE, prices.drive_wh), *steps]
 
 

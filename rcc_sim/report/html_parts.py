@@ -16,6 +16,9 @@ SCALE = 1000.0
 OTHER_DRIVE = "drive taken otherwise than logged (road, torque)"
 """What the energy is called that another drive than the gap's takes."""
 
+SHIFTS, METERS = "shifts of stated figures", "offsets of the meters"
+"""What the energy is called by which the model's changes; that meters read too much."""
+
 SMALL = 1e-3
 """Share of the energy below which a step of it is not shown."""
 

@@ -19,7 +19,7 @@ from rcc_sim.diagnose.judge.verdict import UNSURE
 from rcc_sim.diagnose.next_run.menu import STAND
 from rcc_sim.report.channels import mend_of, way_of
 from rcc_sim.report.doubts import SURE, doubts
-from rcc_sim.report.html_parts import OTHER_DRIVE, OTHERS, SMALL
+from rcc_sim.report.html_parts import METERS, OTHER_DRIVE, OTHERS, SHIFTS, SMALL
 from rcc_sim.report.promise import promise
 from rcc_sim.report.text import (
     figures,
@@ -72,9 +72,6 @@ UNSEEN = 6
 
 GIVEN = {STAND: "its log as --on-stand"}
 """How the log of a run is given that was not driven on the road."""
-
-BY_FIGURES = "more of it by shifts of stated figures than by the cause"
-"""What closes an energy gap where a cause shows in the course of the signals alone."""
 
 RUNS = 3
 """Runs to drive next that are told."""
@@ -330,7 +327,8 @@ def _proof(found: Diagnosis) -> Iterator[tuple[str, str]]:
             f"; energy gap there{how} {rounded(before, 1)} % before, "
             f"{rounded(after, 2)} % after" + ": it grew" * grew(before, after)
         )
-        energy += f", {BY_FIGURES}" * is_by_figures(found)
+        more = outweighing(found)
+        energy += f", more of it by {more} than by the cause" * bool(more)
     gone = (
         f"{percent(s.explained)} of what is beyond noise is gone ({percent(s.low)} to "
         f"{percent(s.high)})"
@@ -344,14 +342,19 @@ def _proof(found: Diagnosis) -> Iterator[tuple[str, str]]:
     yield "PROOF", f"on {_held_out(found)} {gone}{energy}"
 
 
-def is_by_figures(found: Diagnosis) -> bool:
-    """Tell whether shifts of stated figures are worth more than the causes are."""
+def outweighing(found: Diagnosis) -> str:
+    """Return what closes an energy gap more than the causes do, if anything.
+
+    Such causes show in the course of the signals alone.
+    """
     prices = found.prices
     if prices is None or not found.asserted:
-        return False
+        return ""
     causes = abs(sum(prices.causes.values()))
     small = SMALL * abs(found.gap.energy.measured_wh or 0.0)
-    return abs(prices.figures_wh) > max(causes, small)
+    worth = {SHIFTS: abs(prices.figures_wh), METERS: abs(prices.meters_wh)}
+    most = max(worth, key=lambda what: worth[what])
+    return most if worth[most] > max(causes, small) else ""
 
 
 def _held_out(found: Diagnosis) -> str:
@@ -368,16 +371,17 @@ def _ledger(found: Diagnosis) -> Iterator[tuple[str, str]]:
     if prices is None:
         return
     small = SMALL * abs(found.gap.energy.measured_wh or 0.0)
-    if not found.asserted and abs(prices.figures_wh) <= small:
+    others = (prices.figures_wh, prices.meters_wh)
+    if not found.asserted and max(map(abs, others)) <= small:
         return
     how = "by the motion alone: " * found.proof.by_torque
     steps = [f"{name} {_wh(wh)}" for name, wh in prices.causes.items()]
     if abs(prices.drive_wh) > small:
         steps.insert(0, f"{OTHER_DRIVE} {_wh(prices.drive_wh)}")
-    steps += [
-        f"shifts of stated figures {_wh(prices.figures_wh)}",
-        f"unexplained {_wh(prices.unexplained_wh)}",
-    ]
+    steps.append(f"{SHIFTS} {_wh(prices.figures_wh)}")
+    if abs(prices.meters_wh) > small:
+        steps.append(f"{METERS} {_wh(prices.meters_wh)}")
+    steps.append(f"unexplained {_wh(prices.unexplained_wh)}")
     yield "ENERGY", how + ", ".join(steps)
 
 

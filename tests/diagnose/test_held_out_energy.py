@@ -10,9 +10,12 @@ from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.proof.hold_out import energies, energy_percent
 from rcc_sim.diagnose.residuals.posed import problem_of
-from rcc_sim.simulate.run import simulate
+from rcc_sim.diagnose.run import diagnose
+from rcc_sim.report.screen import screen
+from rcc_sim.simulate.run import LaneChanges, simulate
 from rcc_sim.trace import Trace
 from rcc_sim.units import J_PER_WH
+from tests import scaled_drive
 
 CAR = load_vehicle("r1t_epa")
 COLUMNS = ("time_s", "speed_mps", "battery_power_w")
@@ -32,7 +35,7 @@ def log():
 def test_it_is_that_of_the_gap(log):
     whole = gap(Logged(log, (), None), CAR).energy
     problem = problem_of(log, CAR)
-    measured, simulated = energies(problem, problem, {})
+    measured, simulated = energies(problem, problem, {}, {})
     assert measured / J_PER_WH == pytest.approx(whole.measured_wh, rel=1e-9)
     assert simulated / J_PER_WH == pytest.approx(whole.simulated_wh, rel=1e-9)
     # what was measured is 1.1 times as much at each row: so is their sum
@@ -48,3 +51,25 @@ def test_a_share_of_energy_given_back_keeps_the_sign_of_the_gap(
 ):
     """A log down a hill gives back: what the model gives back too little is less."""
     assert percent_of(measured, simulated) == percent
+
+
+def test_the_offset_of_a_meter_is_no_doubt_of_a_cause_beside_it(tmp_path):
+    """A current that reads 1.7 of its stated sds too little: a sixth of the energy."""
+    car = load_vehicle("rcc").changed(
+        settings={"sensors.battery_current_a.bias_sd": 0.12}
+    )
+    true = car.changed(settings={"effects.steering_backlash.width_rad": 0.03})
+    run = scaled_drive.drive(true, LaneChanges(10.0))
+    read = {"battery_current_a": run["battery_current_a"] - 0.2}
+    shown = scaled_drive.logged({**run.columns, **read}, car, 3, tmp_path)
+    found = diagnose([shown], car)
+    (cause,) = found.asserted
+    assert cause.cause.effect == "steering_backlash" and cause.probability > 0.9
+    assert cause.figures["width_rad"].value == pytest.approx(0.03, rel=0.03)
+    assert found.status == "explained"
+    assert abs(found.proof.before) > 15.0 > 1.5 > abs(found.proof.after)
+    # its volts times what it reads too little, for as long as the drive takes
+    time, volts = shown.log["time_s"], shown.log["battery_voltage_v"]
+    taken = -0.2 * np.trapezoid(volts, time) / J_PER_WH
+    assert found.prices.meters_wh == pytest.approx(taken, rel=0.05)
+    assert "more of it by offsets of the meters" in "\n".join(screen(found, 200))

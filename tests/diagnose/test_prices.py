@@ -48,7 +48,7 @@ def test_prices_and_what_is_left_sum_to_the_gap_that_gap_measures(log, plain):
     energy = gap(log, load_vehicle("rcc")).energy
     told = prices(plain, [ROLLS, DRAWS], VALUES)
     whole = sum(told.causes.values()) + told.figures_wh + told.unexplained_wh
-    assert whole == pytest.approx(energy.gap_wh, rel=1e-9)
+    assert whole + told.meters_wh == pytest.approx(energy.gap_wh, rel=1e-9)
 
 
 def test_what_another_drive_takes_is_told_apart(log, plain):
@@ -61,6 +61,7 @@ def test_what_another_drive_takes_is_told_apart(log, plain):
     lifted = plain.vehicle.body.mass_kg.value * G * 0.01 * plain.distance[-1] / J_PER_WH
     assert 1.0 < told.drive_wh / lifted < 1.2  # and the copper loss of doing it
     whole = sum(told.causes.values()) + told.figures_wh + told.unexplained_wh
+    whole += told.meters_wh
     assert whole + told.drive_wh == pytest.approx(energy.gap_wh, rel=1e-9)
 
 
@@ -71,9 +72,17 @@ def test_a_constant_load_costs_its_power_times_the_time(log, plain):
 
 
 def test_without_causes_all_is_figures_and_what_is_left(log, plain):
-    told = prices(plain, [], {"bias.0.battery_current_a": 0.1})
-    assert told.causes == {} and told.figures_wh == 0.0
+    told = prices(plain, [], {"bias.0.accel_x_mps2": 0.1})
+    assert told.causes == {} and told.figures_wh == told.meters_wh == 0.0
     assert told.unexplained_wh == pytest.approx(gap(log, plain.vehicle).energy.gap_wh)
+
+
+def test_what_a_meter_reads_too_much_is_no_part_of_what_is_left(log, plain):
+    """By 0.1 A it reads u · 0.1 A too much, for as long as the drive takes."""
+    told = prices(plain, [DRAWS], VALUES)
+    time, volts = log.log["time_s"], log.log["battery_voltage_v"]
+    power = 0.1 * np.trapezoid(volts, time) / J_PER_WH
+    assert told.meters_wh == pytest.approx(power, rel=1e-3)
 
 
 def test_prices_do_not_hang_on_the_order_of_the_causes(plain):

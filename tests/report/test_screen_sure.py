@@ -69,7 +69,11 @@ def test_a_proof_that_may_be_none_says_so(shrink, told):
 def test_without_a_cause_it_is_told_what_stated_figures_are_worth(by_figures, told):
     one = found()
     one.prices = SimpleNamespace(
-        causes={}, figures_wh=by_figures, unexplained_wh=0.01, drive_wh=0.0
+        causes={},
+        figures_wh=by_figures,
+        unexplained_wh=0.01,
+        meters_wh=0.0,
+        drive_wh=0.0,
     )
     one.gap = one.gaps[0]
     text = "shifts of stated figures −0.06 Wh, unexplained +0.01 Wh"

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.analyse.charge import Charge
-from rcc_sim.analyse.gap_energy import energy_of, row_weights
+from rcc_sim.analyse.gap_energy import energy_of, row_weights, without_offsets
 from rcc_sim.analyse.gap_power import measured_power, power_of
 from rcc_sim.diagnose.causes.profile import acted_on
-from rcc_sim.diagnose.fitting.knobs import figures_of
+from rcc_sim.diagnose.fitting.knobs import figures_of, offsets_of
 from rcc_sim.diagnose.residuals.posed import by_motion
 from rcc_sim.diagnose.residuals.problem import Problem
 from rcc_sim.errors import InputError
@@ -41,6 +41,9 @@ class Prices:
         What the stated figures add that the logs moved. [Wh]
     unexplained_wh : float
         What is left of the gap. [Wh]
+    meters_wh : float
+        What was measured too much by the offsets that its meters were found to have.
+        [Wh]
     drive_wh : float
         What is simulated more than for the gap because the drive is taken another way:
         on the road that was felt, or by its motion in place of its torque. [Wh]
@@ -49,6 +52,7 @@ class Prices:
     causes: dict[str, float]
     figures_wh: float
     unexplained_wh: float
+    meters_wh: float = 0.0
     drive_wh: float = 0.0
 
 
@@ -64,8 +68,8 @@ def prices(
 
     The model runs freely, the causes put in one after another and then the figures
     that moved, and again in the reverse order: what two of them cost together may be
-    more than each alone. A price is the mean of both. All prices and the remainder sum
-    to the gap.
+    more than each alone. A price is the mean of both. All prices, the
+    offsets of the meters and the remainder sum to the gap.
 
     Parameters
     ----------
@@ -89,7 +93,9 @@ def prices(
         or the figures alone.
     """
     at, measured = measured_power(plain.log, plain.vehicle)
-    if measured is None:
+    read_right = without_offsets(plain.log, offsets_of(values, log))
+    _, true = measured_power(read_right, plain.vehicle)
+    if measured is None or true is None:
         return None
     plain = by_motion(plain)
     known = {c.effect: c for c in causes}
@@ -118,10 +124,9 @@ def prices(
         return None
     paid = {p: float(np.mean([s[p] for s in steps])) for p in order}
     figures = paid.pop(FIGURES)
-    left = energy_of(measured, weights) / J_PER_WH - ends[1]
-    return Prices(
-        paid, figures, left, 0.0 if simulated is None else ends[0] - simulated
-    )
+    taken, spent = (energy_of(x, weights) / J_PER_WH for x in (measured, true))
+    other = 0.0 if simulated is None else ends[0] - simulated
+    return Prices(paid, figures, spent - ends[1], taken - spent, other)
 
 
 def with_profiles(plain: Problem, causes: Sequence[Cause], log: int = 0) -> Problem:

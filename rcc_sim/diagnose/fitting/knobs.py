@@ -272,6 +272,12 @@ def scale_key(log: int, column: str) -> str:
     return bias_key(log, column) + SCALE
 
 
+def offsets_of(values: Mapping[str, float], log: int) -> dict[str, float]:
+    """Return what is added to the channels of one log throughout, by name."""
+    mine = bias_key(log, "")
+    return {k.removeprefix(mine): x for k, x in values.items() if k.startswith(mine)}
+
+
 def own_key(log: int, key: str) -> str:
     """Key of a figure that holds in one of the logs alone."""
     return f"{OWN}{log}.{key}"

@@ -9,12 +9,17 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.analyse.gap_energy import energy_of, percent_of, row_weights
+from rcc_sim.analyse.gap_energy import (
+    energy_of,
+    percent_of,
+    row_weights,
+    without_offsets,
+)
 from rcc_sim.analyse.gap_power import measured_power, power_of
 from rcc_sim.diagnose.causes.cause import Cause
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
-from rcc_sim.diagnose.fitting.knobs import figures_of, scale_key
+from rcc_sim.diagnose.fitting.knobs import figures_of, offsets_of, scale_key
 from rcc_sim.diagnose.proof.folds import Mask, halves
 from rcc_sim.diagnose.proof.shrink import Shrink, hold_out, kept_back
 from rcc_sim.diagnose.residuals.posed import by_motion
@@ -104,9 +109,10 @@ def energy_percent(
     """Energy gap of free runs with these figures on rows that they did not see. [%]
 
     Of several logs the mean of their sizes, in percent of all their energy: what one
-    takes too much is not what another takes too little. A torque that was measured
-    reads as much too much as its log says; in one that no fit saw, as the first says. A
-    road is as it was felt; in one that no fit saw, as it was logged.
+    takes too much is not what another takes too little. Meters have the offset that
+    their log says, and a torque that was measured reads as much too much as it says; in
+    one that no fit saw, as the first says. A road is as it was felt; in one that no fit
+    saw, as it was logged.
     """
     sums = np.zeros((len(problems), 2))
     for figures, rows in fitted:
@@ -114,10 +120,11 @@ def energy_percent(
             if rows is None:
                 gain = figures.get(scale_key(0, TORQUE), 0.0)
                 true, own, judged = p.by_true_torque(gain), figures_of(figures), None
+                offsets = offsets_of(figures, 0)
             else:
                 true, own = as_read(p, figures, i), figures_of(figures, i)
-                judged = rows[i]
-            found = energies(p, true, own, judged)
+                judged, offsets = rows[i], offsets_of(figures, i)
+            found = energies(p, true, own, offsets, judged)
             if found is None:
                 return None
             sums[i] += found
@@ -134,7 +141,8 @@ def energy_by_log(
     """Energy gap of each log that was fitted, in a free run with these figures. [%]"""
     found: list[float | None] = []
     for i, p in enumerate(problems):
-        both = energies(p, as_read(p, figures, i), figures_of(figures, i))
+        own, offsets = figures_of(figures, i), offsets_of(figures, i)
+        both = energies(p, as_read(p, figures, i), own, offsets)
         found.append(percent_of(*both) if both else None)
     return found
 
@@ -149,13 +157,18 @@ def as_read(p: Problem, figures: Mapping[str, float], log: int) -> Problem:
 
 
 def energies(
-    p: Problem, true: Problem, figures: dict[str, float], rows: Mask | None = None
+    p: Problem,
+    true: Problem,
+    figures: dict[str, float],
+    offsets: Mapping[str, float],
+    rows: Mask | None = None,
 ) -> tuple[float, float] | None:
     """Energy that a log measured, and that a vehicle takes on its true drive. [J]
 
-    At the battery, or where that was not measured at the motor's shaft.
+    At the battery, or where that was not measured at the motor's shaft; without the
+    ``offsets`` of what measured it.
     """
-    at, power = measured_power(p.log, p.vehicle)
+    at, power = measured_power(without_offsets(p.log, offsets), p.vehicle)
     if power is None:
         return None
     model = power_of(at, true.driven(figures))
