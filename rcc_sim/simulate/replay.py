@@ -72,6 +72,7 @@ def replay(
     coarse: bool = False,
     turned: Array | None = None,
     wheels: float = 1.0,
+    speed_offset: float = 0.0,
     only: Collection[str] = (),
 ) -> dict[str, Array]:
     """Run the vehicle along a log; return what it predicts at the log's rows.
@@ -91,6 +92,8 @@ def replay(
         known. What the gyro shows then follows from it, not from the model. [rad/s]
     wheels : float
         Inertia of the wheels over ``WHEELS``, by which they turn off the ground.
+    speed_offset : float
+        What the speed sensor reads too much throughout. [m/s]
     only : collection of str
         Columns that are wanted, beside time and heading; all where empty.
 
@@ -126,7 +129,7 @@ def replay(
     P, work, sinks = own.records()
     record.fill(P[0], values)
     table = record.array(schema.ROW, n)
-    measured, ago = as_true(vehicle, drive)
+    measured, ago = as_true(vehicle, drive, speed_offset)
     given = (
         (drive.time, drive.commands, drive.held),
         road_driven(vehicle, drive),
@@ -158,6 +161,8 @@ def replay(
         known = np.isfinite(turned)
         columns["yaw_rate_radps"] = np.where(known, turned, simulated)
     seen = sensed_columns(vehicle, columns, imposed=drive.imposed)
+    if speed_offset and "speed_mps" in seen:
+        seen["speed_mps"] = seen["speed_mps"] + speed_offset
     if drive.unseen is not None:
         seen = {c: np.where(drive.unseen, np.nan, x) for c, x in seen.items()}
     seen["time_s"] = drive.time + drive.start
@@ -195,12 +200,15 @@ def _longest_step(drive: Drive, *, coarse: bool, relaxed: bool) -> float:
     return min(share * drive.answers, LONGEST)
 
 
-def as_true(vehicle: Vehicle, drive: Drive) -> tuple[Measured, Array]:
+def as_true(
+    vehicle: Vehicle, drive: Drive, speed_offset: float = 0.0
+) -> tuple[Measured, Array]:
     """Return what was measured as it was, by what the vehicle's sensors make of it.
 
     And how long before each row [s] the speed was what it then holds. ``speed_mps`` is
-    the motor's speed with the file's tyre radius; a reading that is late belongs to an
-    earlier row. An imposed drive has the clock of its speed.
+    the motor's speed with the file's tyre radius, and reads ``speed_offset`` too much,
+    but where it reads nil; a reading that is late belongs to an earlier row. An imposed
+    drive has the clock of its speed.
     """
     rolled = speed_share(vehicle)
     delays = (
@@ -210,6 +218,8 @@ def as_true(vehicle: Vehicle, drive: Drive) -> tuple[Measured, Array]:
     late, *more = sensor_delay.behind_speed(*delays) if drive.imposed else delays
     of_speed, of_yaw, _, of_motor, _ = (late + x for x in more)
     speed, current, yaw_rate, torque, accel = drive.measured
+    if speed_offset:
+        speed = np.where(speed == 0.0, 0.0, speed - speed_offset)
     if rolled != 1.0:
         speed, accel = speed * rolled, accel * rolled
     measured = Measured(

@@ -26,8 +26,7 @@ def driven(event):
     v = np.clip(9 + 9 * np.sin(t / 11) + 5 * np.sin(t / 29), 0.0, None)
     free = problem_of(Trace({"time_s": t, "speed_mps": v}), CAR)
     more = CAR.figures()["effects.road_load.a_n"].value + 150.0
-    drags = CAR.changed(settings={"effects.road_load.a_n": more})
-    seen, slowed = free.run(CAR), free.run(drags)
+    seen, slowed = free.driven({}), free.driven({"effects.road_load.a_n": more})
     acts = free.since(getattr(free, event)) < np.log1p(STICKS)
     noisy = {
         c: np.where(acts, slowed[c], seen[c]) + size * rng.normal(size=len(t))

@@ -32,7 +32,7 @@ def test_a_resistance_is_found_where_the_current_is_better_known_than_the_drive(
     car = load_vehicle("twizy").changed(settings=known)
     t = np.arange(0.0, 400.0, 0.1)
     v = np.clip(7 + 5 * np.sin(t / 7) + 3 * np.sin(t / 2.3), 0.0, None)
-    driven = problem_of(Trace({"time_s": t, "speed_mps": v}), car).run(car)
+    driven = problem_of(Trace({"time_s": t, "speed_mps": v}), car).driven({})
     current = driven["battery_power_w"] / driven["battery_voltage_v"]
     volts = driven["battery_voltage_v"] - RESISTANCE * current
     log = Trace(

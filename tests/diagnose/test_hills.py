@@ -3,6 +3,7 @@
 And give back what a cause that is found later makes of their force.
 """
 
+from dataclasses import replace
 from math import inf
 
 import numpy as np
@@ -45,7 +46,7 @@ def drive(seconds, slope_of, **effects):
     car = load_vehicle("tesla_model_3")
     flat = problem_of(Trace({"time_s": t, "speed_mps": v}), car)
     road = flat.on_road(flat.distance, slope_of(flat.distance, rng))
-    seen = road.run(car.changed(effects=effects))
+    seen = replace(road, vehicle=car.changed(effects=effects)).driven({})
     noisy = {c: seen[c] + size * rng.normal(size=len(t)) for c, size in SIZES.items()}
     return problem_of(Trace({"time_s": t, "speed_mps": v} | noisy), car)
 

@@ -62,7 +62,7 @@ def test_a_car_that_speeds_up_in_bends_leaves_nothing_unknown():
     given = winding(swing=6.0, period=2.0)
     t = given["time_s"]
     known = problem_of(Trace(given), CAR)
-    seen, felt = known.run(CAR), 3.0 * np.cos(t / 2.0)
+    seen, felt = known.driven({}), 3.0 * np.cos(t / 2.0)
     moved = felt * CAR.body.cg_height_m.value / G
     axles = {
         "front": -moved / CAR.body.cg_to_rear_axle_m.value,
@@ -71,7 +71,7 @@ def test_a_car_that_speeds_up_in_bends_leaves_nothing_unknown():
     logged = {c: seen[c] + size * rng.normal(size=len(t)) for c, size in SIZES.items()}
     for axle, share in axles.items():
         key = f"effects.{axle}_cornering_stiffness.scale"
-        stiffer = known.run(CAR.changed(settings={key: 1.02}))
+        stiffer = known.driven({key: 1.02})
         for c in SIZES:
             logged[c] = logged[c] + (stiffer[c] - seen[c]) / 0.02 * share
     problem = problem_with(given, logged)

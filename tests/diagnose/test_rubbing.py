@@ -28,8 +28,8 @@ def fitted(acts_at):
     rng = np.random.default_rng(3)
     given = winding()
     free = problem_of(Trace(given), CAR)
-    seen = free.run(CAR)
-    slowed = free.run(CAR.changed(settings={FRICTION: TORQUE}))
+    seen = free.driven({})
+    slowed = free.driven({FRICTION: TORQUE})
     acts = acts_at(given["steer_cmd_rad"])
     noisy = seen_of(seen, slowed, acts, SIZES, rng)
     problem = problem_of(Trace(given | noisy), CAR)
@@ -63,7 +63,7 @@ def test_what_a_model_may_leave_grows_with_the_log():
     def of(seconds):
         t = np.arange(0.0, seconds, 0.1)
         given = {"time_s": t, "speed_mps": 14 + 3 * np.sin(t / 9)}
-        power = problem_of(Trace(given), CAR).run(CAR)["battery_power_w"]
+        power = problem_of(Trace(given), CAR).driven({})["battery_power_w"]
         noisy = power + 300.0 * rng.normal(size=len(t))
         engine = Engine([problem_of(Trace(given | {"battery_power_w": noisy}), CAR)])
         fit = descent.fit(engine, {}, nuisance_knobs(engine.problems))

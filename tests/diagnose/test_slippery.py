@@ -23,8 +23,8 @@ def left_of(grip):
     given = winding()
     t = given["time_s"]
     known = problem_of(Trace(given), CAR)
-    slips = CAR.changed(settings={"effects.front_cornering_stiffness.scale": grip})
-    seen, slid = known.run(CAR), known.run(slips)
+    slips = {"effects.front_cornering_stiffness.scale": grip}
+    seen, slid = known.driven({}), known.driven(slips)
     there = (t >= PATCH[0]) & (t <= PATCH[1])
     noisy = seen_of(seen, slid, there, SIZES, rng)
     problem = problem_of(Trace(given | noisy), CAR)

@@ -89,9 +89,7 @@ def beside(torque, patch):
     rng = np.random.default_rng(8)
     given = winding()
     free = problem_of(Trace(given), CAR)
-    hard, soft = (
-        free.run(CAR.changed(settings={FRICTION: x})) for x in (torque, torque + patch)
-    )
+    hard, soft = (free.driven({FRICTION: x}) for x in (torque, torque + patch))
     there = abs(given["time_s"] - 150.0) < 15.0
     noisy = seen_of(hard, soft, there, SIZES, rng)
     engine = Engine([problem_of(Trace(given | noisy), CAR)])

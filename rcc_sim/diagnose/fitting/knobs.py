@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from rcc_sim.analyse.offsets import offset_sd
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.residuals.lateness import battery_channel, clear_delay
-from rcc_sim.diagnose.residuals.problem import WHEELS, WHEELS_SD, Problem
+from rcc_sim.diagnose.residuals.problem import SPEED_OFFSET, WHEELS, WHEELS_SD, Problem
 from rcc_sim.diagnose.residuals.shapes import SCALE
 from rcc_sim.diagnose.residuals.sizes import tells_slip
 
@@ -179,7 +179,7 @@ def bounds_of(problem: Problem, key: str) -> tuple[float, float]:
 
 
 def bias_knobs(problem: Problem, log: int = 0) -> list[Knob]:
-    """An offset for each sensor but those that count: encoder and charge.
+    """An offset for each sensor but those that count, charge; and speed, which drives.
 
     Nor for one whose offset was withheld: that is what is to be found. And all else
     that may be a little off in a log.
@@ -222,6 +222,8 @@ def nuisance_knobs(problems: Sequence[Problem]) -> list[Knob]:
         knobs += bias_knobs(problem, i)
         if problem.drive.on_stand:
             knobs.append(Knob(own_key(i, WHEELS), 1.0, WHEELS_SD, low=LEAST))
+        if stated := problem.vehicle.bias_sd("speed_mps"):
+            knobs.append(Knob(own_key(i, SPEED_OFFSET), 0.0, stated))
     commanded = not all(p.drive.imposed for p in problems)
     if commanded and "motor_lag" not in problems[0].vehicle.effects:
         key = "effects.motor_lag.time_constant_s"

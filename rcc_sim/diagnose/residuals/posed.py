@@ -133,7 +133,7 @@ def recalling(problem: Problem) -> Problem:
     hold = min(hold, held_by(problem, noise))
     for _ in range(DOUBLINGS):
         one, two = (
-            p.run(p.vehicle, (gentle, integral, hold), coarse=True)
+            p.driven({}, (gentle, integral, hold), coarse=True)
             for p in (problem, noisier)
         )
         if all(np.nanstd(two[c] - one[c]) <= NOISE_IN * noise[c] for c in judged):

@@ -55,6 +55,9 @@ WHEELS, WHEELS_SD = "wheels", 0.5
 """Figure of a log whose wheels turn off the ground: their inertia, of what is usual;
 and by how much it may be off."""
 
+SPEED_OFFSET = "speed_offset"
+"""Figure of a log: what its speed sensor reads too much throughout. [m/s]"""
+
 SINCE_BRAKING, SINCE_STANDING = "since_braking_s", "since_standing_s"
 
 BRAKED, SLIGHT = 1.0, 0.02
@@ -156,26 +159,17 @@ class Problem:
         only: Collection[str] = (),
     ) -> dict[str, Array]:
         """Columns that it predicts, in a free run by default; all, or some ``only``."""
-        settings = {k: x for k, x in figures.items() if k != WHEELS}
+        own = {k: figures[k] for k in (WHEELS, SPEED_OFFSET) if k in figures}
+        settings = {k: x for k, x in figures.items() if k not in own}
         vehicle = self.vehicle.changed(settings=settings) if settings else self.vehicle
-        return self.run(vehicle, recalls, coarse, figures.get(WHEELS, 1.0), only)
-
-    def run(
-        self,
-        vehicle: Vehicle,
-        recalls: Recalls = FREE,
-        coarse: bool = False,
-        wheels: float = 1.0,
-        only: Collection[str] = (),
-    ) -> dict[str, Array]:
-        """Columns that a vehicle predicts at the log's rows; a free run by default."""
         out = replay(
             vehicle,
             self.drive,
             recalls,
             coarse=coarse,
             turned=self.turned,
-            wheels=wheels,
+            wheels=own.get(WHEELS, 1.0),
+            speed_offset=own.get(SPEED_OFFSET, 0.0),
             only=only,
         )
         if TURN_RATE in self.log:
