@@ -24,9 +24,9 @@ from rcc_sim.blind import case, drives, nominal, sensors, worth
 from rcc_sim.blind.bases import BASES, Base, truth
 from rcc_sim.blind.plant import CLOCK, CURRENT_LAG
 from rcc_sim.definitions.vehicle import Vehicle, load_vehicle
-from rcc_sim.diagnose.residuals.problem import RECALLS, Problem
+from rcc_sim.diagnose.residuals.problem import Problem
 from rcc_sim.simulate.drive import drive_of
-from rcc_sim.simulate.replay import FREE, replay
+from rcc_sim.simulate.replay import FREE, RECALLS, replay
 from rcc_sim.trace import Trace
 
 Array = NDArray[np.float64]

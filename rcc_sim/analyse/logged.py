@@ -147,7 +147,7 @@ def open_log(
     if wrong == {"speed_mps"} and "motor_speed_radps" in kept:
         kept["speed_mps"] = kept["motor_speed_radps"] * vehicle.lever
         rolled = (ROLLED,)
-    log, evened = on_even_clock(Trace(kept, name=trace.name))
+    log, evened = on_even_clock(Trace(kept, name=trace.name), vehicle)
     log, turned = _forward(log)
     slow = [f.channel for f in checked.findings if f.kind == "slow_channel"]
     log, held = between_updates(log, slow)

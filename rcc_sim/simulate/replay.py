@@ -33,6 +33,12 @@ FREE: Recalls = (inf, inf, 0.0)
 and by what share of its loop's stiffness the speed is besides, where no loop holds it.
 Of a free run, none. [s], [s], [1]"""
 
+RECALLS: Recalls = (0.2, 1.0, 1.0)
+"""The same of a run that stays near its log. Well above a row and well below a
+manoeuvre: a rough road then does not add up, and whatever memory this leaves in what
+the run errs by is short.
+"""
+
 COARSE = 0.005
 """Longest time step of a commanded run that need only be near. [s]
 

@@ -7,10 +7,20 @@ import numpy as np
 import pytest
 from scipy.signal import savgol_filter
 
-from rcc_sim.analyse.even_clock import FEW, SMOOTH, along_lines, on_even_clock
+from rcc_sim.analyse.even_clock import (
+    ENOUGH,
+    FEW,
+    SMOOTH,
+    along_lines,
+    even_times,
+    nats_for_even,
+    on_even_clock,
+)
+from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.trace import Trace
+from tests import one_loop
 
-ROW = 0.1
+TRIP, ROW = load_vehicle("r1t_epa"), 0.1
 
 
 def speed_at(time):
@@ -34,7 +44,7 @@ def drive(jitter, *, stamped, lost=0.0, n=1500, noise=0.005, seed=1):
 @pytest.mark.parametrize("jitter", [0.05, 0.2])
 def test_stamps_that_jitter_are_evened(jitter, lost):
     true, log = drive(jitter, stamped=True, lost=lost)
-    found, (told,) = on_even_clock(log)
+    found, (told,) = on_even_clock(log, TRIP)
     before, after = (np.std(x["time_s"] - true) for x in (log, found))
     assert after < before / 4
     assert "jitters" in told.what and told.kind == "jitter"
@@ -45,7 +55,7 @@ def test_stamps_that_jitter_are_evened(jitter, lost):
 @pytest.mark.parametrize("jitter", [0.0, 0.05, 0.2])
 def test_rows_that_came_when_they_are_stamped_stay(jitter):
     _, log = drive(jitter, stamped=False)
-    assert on_even_clock(log) == (log, ())
+    assert on_even_clock(log, TRIP) == (log, ())
 
 
 def test_what_the_speed_does_not_tell_stays():
@@ -54,11 +64,11 @@ def test_what_the_speed_does_not_tell_stays():
         drive(0.1, stamped=True, noise=1.0)[1],
         drive(0.2, stamped=True, n=FEW - 1)[1],
     ):
-        assert on_even_clock(log) == (log, ())
+        assert on_even_clock(log, TRIP) == (log, ())
     time = drive(0.2, stamped=True)[1]["time_s"]
     for columns in ({"speed_mps": np.zeros(len(time))}, {"yaw_rate_radps": time}):
         log = Trace({"time_s": time, **columns}, name="log")
-        assert on_even_clock(log) == (log, ())
+        assert on_even_clock(log, TRIP) == (log, ())
 
 
 def test_the_lines_are_those_of_a_savitzky_golay_filter():
@@ -75,7 +85,34 @@ def test_a_log_of_exact_stamps_pays_for_no_filter():
         "import numpy as np, sys; from rcc_sim.trace import Trace;"
         "from rcc_sim.analyse.even_clock import on_even_clock;"
         "t = np.round(np.arange(500) * 0.01, 3);"
-        "on_even_clock(Trace({'time_s': t, 'speed_mps': t}, name='log'));"
+        "on_even_clock(Trace({'time_s': t, 'speed_mps': t}, name='log'), None);"
         "assert 'scipy.ndimage' not in sys.modules"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+@pytest.mark.parametrize("stiff", [True, False])
+def test_rows_of_a_loop_that_commands_and_logs_stay(stiff):
+    """A stiff car's speed goes as evenly as the cycle that is sent row by row."""
+    car = load_vehicle("rcc").changed(settings=one_loop.STIFF if stiff else {})
+    log = Trace(one_loop.rows(car, ROW, 0.1, 80.0, seed=5), name="log")
+    even = even_times(log["time_s"])
+    seems = nats_for_even(log["speed_mps"], log["time_s"], even) > ENOUGH
+    assert seems is stiff
+    assert on_even_clock(log, car) == (log, ())
+
+
+@pytest.mark.parametrize("row", [0.02, 0.1])
+def test_late_stamps_of_a_commanded_drive_are_evened(row):
+    car = load_vehicle("rcc")
+    came = one_loop.rows(car, row, 0.0, 80.0, seed=5)
+    late = (
+        0.15
+        * row
+        * np.abs(np.random.default_rng(1).standard_normal(len(came["time_s"])))
+    )
+    log = Trace({**came, "time_s": came["time_s"] + late}, name="log")
+    found, (told,) = on_even_clock(log, car)
+    assert told.kind == "jitter"
+    off = np.std(found["time_s"] - came["time_s"])
+    assert off < np.std(late) / 4

@@ -5,7 +5,7 @@ import pytest
 
 from rcc_sim.definitions.cycle import Cycle
 from rcc_sim.diagnose.residuals.posed import problem_of
-from rcc_sim.diagnose.residuals.problem import RECALLS
+from rcc_sim.simulate.replay import RECALLS
 from rcc_sim.simulate.run import simulate
 from rcc_sim.trace import Trace
 from rcc_sim.units import G

@@ -20,11 +20,11 @@ NOISE = {
 
 
 def driven(delay, seed, turns):
-    """A drive of 40 s whose loop is given, tick by tick, what was sent a while ago."""
-    time = np.arange(0.0, 40.0, ROW)
+    """A drive of 24 s whose loop is given, tick by tick, what was sent a while ago."""
+    time = np.arange(0.0, 24.0, ROW)
     sent = 2.5 + 1.2 * np.sin(0.9 * time) + 0.5 * np.sin(2.3 * time)
     sent *= np.clip(time - 1.0, 0.0, 1.0)
-    tick = np.arange(0.0, 40.0, TICK)
+    tick = np.arange(0.0, 24.0, TICK)
     steps = np.floor((tick - delay) / ROW + 1e-9) * ROW
     heard = Cycle("c", tick, np.interp(steps, time, sent))
     steer = (time, turns * 0.06 * np.sin(1.7 * time))

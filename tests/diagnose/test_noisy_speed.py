@@ -9,7 +9,7 @@ from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.knobs import nuisance_knobs
 from rcc_sim.diagnose.residuals.posed import problem_of
-from rcc_sim.diagnose.residuals.problem import RECALLS
+from rcc_sim.simulate.replay import RECALLS
 from rcc_sim.simulate.run import simulate
 from rcc_sim.trace import Trace
 from tests.cars import car

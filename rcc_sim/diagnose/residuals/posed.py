@@ -18,11 +18,11 @@ from rcc_sim.channel import is_nil, is_rough, sensor_noise
 from rcc_sim.definitions.kernel import motor_torque_constant
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.residuals.beside_motor import MOTOR, drawn_by_motor
-from rcc_sim.diagnose.residuals.problem import RECALLS, Problem
+from rcc_sim.diagnose.residuals.problem import Problem
 from rcc_sim.diagnose.residuals.terminals import CURRENT, POWER
 from rcc_sim.physics.replay import stiffness
 from rcc_sim.simulate.drive import Drive
-from rcc_sim.simulate.replay import replay
+from rcc_sim.simulate.replay import RECALLS, replay
 from rcc_sim.simulate.smooth import jerk_of, smooth_speed
 from rcc_sim.trace import Trace
 

@@ -32,7 +32,7 @@ from rcc_sim.diagnose.residuals.terminals import (
 )
 from rcc_sim.physics.effects import neutral_of
 from rcc_sim.simulate.drive import Drive, is_surveyed
-from rcc_sim.simulate.replay import FREE, Recalls, replay
+from rcc_sim.simulate.replay import FREE, RECALLS, Recalls, replay
 from rcc_sim.trace import Trace, integral_of
 
 Array = NDArray[np.float64]
@@ -63,13 +63,6 @@ SINCE_BRAKING, SINCE_STANDING = "since_braking_s", "since_standing_s"
 BRAKED, SLIGHT = 1.0, 0.02
 """Time over which a torque that slows the car is a mean, and share of the largest that
 it must be: less is noise of the speed. Of the top speed: at less it stands. [s]"""
-
-RECALLS: Recalls = (0.2, 1.0, 1.0)
-"""Times in which the model's speed, and its loop's integral, come to the log's [s]; and
-by what share of its loop's stiffness the speed does besides in a coast.
-Well above a row and well below a manoeuvre: a rough road then does not add up, and
-whatever memory this leaves in the residuals the noise model takes up.
-"""
 
 MIN_ROWS = 30
 """Rows of a channel by which the model can be judged, at least."""

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from rcc_sim.diagnose.residuals.problem import RECALLS, Problem
+from rcc_sim.diagnose.residuals.problem import Problem
+from rcc_sim.simulate.replay import RECALLS
 from rcc_sim.units import RHO_AIR, G
 
 SMEARED = 2.0

@@ -48,8 +48,9 @@ def as_sent(
     better so; but a motor or a steering that is late, or slow, may seem to hold it:
     with the first cause it is asked, and all is explained so if it still is; and with
     each, if logs are about as likely without it where the command holds. Where what
-    was found may do as well, or fewer causes, another way, all is explained that way,
-    too, and the likelier explanation stands. A cause fewer is worth what one must gain.
+    was found may do as well another way, or fewer causes, or none, all is explained
+    that way, too, and the likelier explanation stands. A cause fewer is worth what one
+    must gain.
 
     ``null`` is what tolerances alone leave as the logs are, where that is known.
     """
@@ -70,7 +71,8 @@ def as_sent(
     others += [way for way in ways if is_logged_later(way, begun)]
     others = [way for way in others if not are_driven_as(way, begun)]
     least = found.fit.score - (ENOUGH * len(found.causes) if liked else 0.0)
-    again = likeliest(others, found.engine, found.fit, least)
+    as_stated = liked and max(each) > least  # the best way, without any cause
+    again = best if as_stated else likeliest(others, found.engine, found.fit, least)
     if again is None:
         return begun, found
     late = Likelier((), ways)  # a cause that a command which holds passes for
@@ -266,7 +268,7 @@ def with_drives(engine: Engine, drives: Sequence[Drive]) -> Engine:
 
 
 def every_way(problems: Sequence[Problem]) -> list[list[Drive]]:
-    """Return the drives of logs, commands in every way, flows samples, and as they are.
+    """Return the drives of logs, commands in every way, flows samples, and means.
 
     One logger wrote them: what is asked is asked of all that are driven by commands, of
     the steering also where the motion that was measured drives a car that is steered by
@@ -282,6 +284,7 @@ def every_way(problems: Sequence[Problem]) -> list[list[Drive]]:
     ways = [(r, s) for r in references for s in (LINE, SINCE)]
     own = [p.drive.window for p in problems]
     samples = [min(window, SAMPLE) for window in own] if commanded else own
+    means = [inf if can_be_means(p) else p.drive.window for p in problems]
 
     def one(p: Problem, way: tuple[int, int], window: float) -> Drive:
         if not p.drive.imposed:
@@ -293,8 +296,18 @@ def every_way(problems: Sequence[Problem]) -> list[list[Drive]]:
     def drives(way: tuple[int, int], windows: Sequence[float]) -> list[Drive]:
         return [one(p, way, w) for p, w in zip(problems, windows, strict=True)]
 
-    some = [samples] if samples == own else [samples, own]
+    some = [samples] if samples == means else [samples, means]
     return [drives(way, windows) for way in ways for windows in some]
+
+
+def can_be_means(problem: Problem) -> bool:
+    """Tell whether flows of a commanded drive are far enough apart to be means.
+
+    As its logger was asked by commands that run straight between rows, it may have been
+    told wrong of those that hold: those of a stiff loop come all at once.
+    """
+    drive = problem.drive
+    return not drive.imposed and may_be_means(problem.row, imposed=False)
 
 
 def is_steered_by_commands(problem: Problem) -> bool:

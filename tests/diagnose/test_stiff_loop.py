@@ -1,0 +1,37 @@
+"""A stiff car that is told its speed ten times a second: currents come all at once."""
+
+import pytest
+
+from rcc_sim.analyse.logged import Logged
+from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose.run import diagnose
+from rcc_sim.trace import Trace
+from tests import one_loop
+
+ASKED = (
+    *("sensor_delay", "reference_delay", "motor_lag"),
+    *("speed_loop", "copper_loss", "rolling_resistance"),
+)
+"""What was named, or may be."""
+
+CAR = load_vehicle("rcc").changed(settings=one_loop.STIFF)
+
+
+def found(true, jitter):
+    log = Trace(one_loop.rows(true, 0.1, jitter, 30.0, seed=5), name="log")
+    return diagnose([Logged(log, (), None)], CAR, candidates=ASKED)
+
+
+@pytest.mark.parametrize("jitter", [0.0, 0.1])
+def test_nothing_wrong_is_no_gap(jitter):
+    """Beside references that run straight its currents looked like samples."""
+    told = found(CAR, jitter)
+    assert told.status == "no_gap" and not told.asserted
+
+
+def test_a_drag_is_found_alone():
+    (cause,) = found(
+        CAR.changed(settings={"effects.rolling_resistance.coefficient": 0.022}), 0.1
+    ).asserted
+    named = {cause.cause.effect, *cause.cause.tied}
+    assert "rolling_resistance" in named and cause.probability > 0.9
