@@ -127,13 +127,15 @@ class _Pool:
             return
         with _unheard():
             processes = list((self.pool._processes or {}).values())
+            manager = self.pool._executor_manager_thread  # it holds semaphores
             self.pool.shutdown(wait=False, cancel_futures=True)
             for process in processes:
                 process.terminate()
             for process in processes:
                 process.join(timeout=5)
-            self.pool.shutdown()
-            self.pool = None
+            if manager is not None:
+                manager.join(timeout=5)
+            self.pool = manager = None
             gc.collect()  # its semaphores are given back
 
     def done(self, parts: Parts) -> Results:

@@ -555,3 +555,23 @@ def test_thousands_of_volts_and_amperes_are_told(column, unit):
     )
     (finding,) = found(check_log(log, load_vehicle("bmw_i3")), "unit", column)
     assert unit in finding.what and finding.factor == pytest.approx(1000.0)
+
+
+@pytest.mark.parametrize(("jitter", "lost"), [(0.08, 0.02), (0.08, 0.15), (0.14, 0.15)])
+def test_rows_lost_are_counted_though_the_others_jitter(jitter, lost):
+    rng = np.random.default_rng(4)
+    every = np.cumsum(0.05 * (1 + jitter * rng.standard_normal(3000)))
+    time = every[rng.random(3000) >= lost]
+    trace = Trace({"time_s": time, "speed_mps": 2 + np.sin(time)})
+    told = {f.kind: f for f in check_log(trace).findings}
+    found = told.get("lost_rows") or told["gap"]
+    count = int(found.what.split()[1])
+    assert count == pytest.approx(3000 - len(time), rel=0.1)
+
+
+def test_a_loop_that_runs_late_now_and_then_lost_no_rows():
+    rng = np.random.default_rng(4)
+    time = np.cumsum(0.05 + rng.exponential(0.02, 3000))
+    trace = Trace({"time_s": time, "speed_mps": 2 + np.sin(time)})
+    kinds = {f.kind for f in check_log(trace).findings}
+    assert "lost_rows" not in kinds and "jitter" in kinds

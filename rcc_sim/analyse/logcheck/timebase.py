@@ -41,6 +41,9 @@ OFF, EVEN = 0.1, 0.95
 """Share of a usual step by which a step may be off a multiple of it, and share of the
 steps that are not, for a clock to be an even one of which rows were lost."""
 
+APART = 2.0
+"""Times as dense as half-way to one row steps of two are where rows were lost."""
+
 FEW_STAMPS, ALIKE = 5, 0.2
 """Fewest stamps from which it is told how many rows share one, and the share of their
 number by which that may differ from stamp to stamp."""
@@ -255,7 +258,9 @@ def _gaps(time: Array, keep: Mask, steps: Array, middle: float) -> list[Finding]
     findings = []
     some = steps[:: max(1, len(steps) // 200_000)]
     rows_on = np.round(some / middle)
-    if np.mean((np.abs(some / middle - rows_on) < OFF) & (rows_on > 0)) > EVEN:
+    even = np.mean((np.abs(some / middle - rows_on) < OFF) & (rows_on > 0)) > EVEN
+    apart = doubles_stand_apart(some / middle)
+    if even or apart:
         some = some[rows_on == 1]  # what is missing makes no row uneven
     low, high = np.quantile(some, [0.1, 0.9])
     jitter = float(high - low) / middle
@@ -269,7 +274,7 @@ def _gaps(time: Array, keep: Mask, steps: Array, middle: float) -> list[Finding]
                 severity="warning" if jitter > 3 else "info",
             )
         )
-    wide = 1.6 * middle if jitter < 0.3 else 3 * float(high)
+    wide = 1.6 * middle if apart or jitter < 0.3 else 3 * float(high)
     holes = np.flatnonzero(steps > wide)
     if not len(holes):
         return findings
@@ -283,6 +288,19 @@ def _gaps(time: Array, keep: Mask, steps: Array, middle: float) -> list[Finding]
         place = _place_of_longest(time, rows, steps, lost)
         findings.append(_lost(steps, lost, middle, place))
     return findings
+
+
+def doubles_stand_apart(steps: Array) -> bool:
+    """Tell whether steps, in usual ones, are of one row or two, and seldom between.
+
+    Then they are rows that were lost, however much the others jitter: a loop that runs
+    late now and then has steps of any length.
+    """
+    two, between = (
+        np.count_nonzero(np.abs(steps - of) < half) / half
+        for of, half in ((2.0, 0.25), (1.5, 0.1))
+    )
+    return bool(two > APART * between and np.mean(np.round(steps) == 1) > 0.5)
 
 
 def _lost(
