@@ -16,7 +16,7 @@ from tests.program import rccsim
 def drive(tmp_path_factory):
     log = tmp_path_factory.mktemp("drive") / "drive.csv"
     done = rccsim(
-        "simulate", "rcc", "--cycle", "udds[20:80]", "--lane-change-every", "20",
+        "simulate", "rcc", "--cycle", "udds[20:60]", "--lane-change-every", "20",
         "--with", "auxiliary_load:power_w=3", "-o", log,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr

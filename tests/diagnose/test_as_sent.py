@@ -37,7 +37,7 @@ FLOWS = ("accel_y_mps2", "motor_current_a")
 @pytest.fixture(scope="module")
 def asked():
     """What a scaled drive with lane changes asks for, tick by tick."""
-    cycle = scale_cycle(parse_cycle("udds[20:140]"), to=CAR, of=load_vehicle("r1t"))
+    cycle = scale_cycle(parse_cycle("udds[20:95]"), to=CAR, of=load_vehicle("r1t"))
     lanes = LaneChanges(6.0)
     run = simulate(CAR, cycle.cycle, lanes=lanes, output_rate=1 / TICK).trace
     return {c: run[c] for c in ("time_s", *COMMANDS)}
@@ -171,8 +171,8 @@ CLOCK = 10
 def quick():
     """What a drive that speeds up and slows down all the time asks for."""
     rng = np.random.default_rng(5)
-    time = np.cumsum(rng.uniform(1.5, 3.5, 24))
-    speed = np.where(np.arange(24) % 2, rng.uniform(2.5, 4.0, 24), 1.0)
+    time = np.cumsum(rng.uniform(1.5, 3.5, 14))
+    speed = np.where(np.arange(14) % 2, rng.uniform(2.5, 4.0, 14), 1.0)
     cycle = Cycle("quick", np.append(0.0, time), np.append(0.0, speed))
     lanes = LaneChanges(8.0)
     run = simulate(CAR, cycle, lanes=lanes, output_rate=1 / TICK).trace

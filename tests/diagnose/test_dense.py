@@ -23,7 +23,7 @@ def log_of(rate, seconds=10.0, **columns):
 
 def fast(car, every):
     """Return a scaled drive at 1 kHz, with a lane change every so many metres."""
-    cycle = scale_cycle(parse_cycle("udds[20:90]"), to=car, of=load_vehicle("r1t"))
+    cycle = scale_cycle(parse_cycle("udds[20:60]"), to=car, of=load_vehicle("r1t"))
     lanes = LaneChanges(every)
     return simulate(car, cycle.cycle, lanes=lanes, output_rate=1000.0).trace
 
