@@ -1,10 +1,18 @@
 """A stiff car that is told its speed ten times a second: currents come all at once."""
 
+from dataclasses import replace
+from math import inf
+
 import pytest
 
 from rcc_sim.analyse.logged import Logged
+from rcc_sim.analyse.sampled import SAMPLE
 from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose.fitting.engine import Engine
+from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.run import diagnose
+from rcc_sim.diagnose.search.as_sent import kept_alike
+from rcc_sim.physics.tables import SINCE
 from rcc_sim.trace import Trace
 from tests import one_loop
 
@@ -35,3 +43,16 @@ def test_a_drag_is_found_alone():
     ).asserted
     named = {cause.cause.effect, *cause.cause.tied}
     assert "rolling_resistance" in named and cause.probability > 0.9
+
+
+def test_a_log_that_was_kept_back_has_means_where_the_others_have():
+    """Ten rows a second tell by themselves that currents are samples."""
+    told = Trace(one_loop.rows(CAR, 0.1, 0.0, 30.0, seed=5), name="log")
+    problem = problem_of(told, CAR)
+    assert problem.drive.window == SAMPLE
+    drive = replace(problem.drive, held=(SINCE, SINCE), window=inf)
+    means = replace(problem, drive=drive)
+    (kept,) = kept_alike([problem], Engine([means]))
+    assert (kept.drive.held, kept.drive.window) == ((SINCE, SINCE), inf)
+    (as_it_is,) = kept_alike([problem], Engine([problem]))
+    assert as_it_is.drive.window == SAMPLE

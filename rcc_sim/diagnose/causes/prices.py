@@ -68,8 +68,8 @@ def prices(
 
     The model runs freely, the causes put in one after another and then the figures
     that moved, and again in the reverse order: what two of them cost together may be
-    more than each alone. A price is the mean of both. All prices, the
-    offsets of the meters and the remainder sum to the gap.
+    more than each alone. A price is the mean of both. All prices, the offsets of the
+    meters and the remainder sum to the gap.
 
     Parameters
     ----------

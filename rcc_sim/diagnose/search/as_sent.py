@@ -21,6 +21,7 @@ from rcc_sim.diagnose.residuals.shapes import LATERAL
 from rcc_sim.diagnose.search.compete import Asked, Explanation, Way
 from rcc_sim.physics.tables import BEFORE, LINE, SINCE
 from rcc_sim.simulate.drive import Drive
+from rcc_sim.simulate.spans import FLOWS
 
 LATE = {
     "reference_delay": 0,
@@ -245,7 +246,7 @@ def kept_alike(problems: Sequence[Problem], like: Engine) -> list[Problem]:
             return p
         ways = Counter((q.drive.held, q.drive.window <= SAMPLE) for q in same)
         held, samples = max(ways, key=ways.__getitem__)
-        means = inf if p.drive.imposed else p.drive.window
+        means = inf if p.drive.imposed or can_be_means(p) else p.drive.window
         window = min(p.drive.window, SAMPLE) if samples else means
         return replace(p, drive=replace(p.drive, held=held, window=window))
 
@@ -306,8 +307,8 @@ def can_be_means(problem: Problem) -> bool:
     As its logger was asked by commands that run straight between rows, it may have been
     told wrong of those that hold: those of a stiff loop come all at once.
     """
-    drive = problem.drive
-    return not drive.imposed and may_be_means(problem.row, imposed=False)
+    flows = any(c in FLOWS for c in problem.channels) and not problem.drive.imposed
+    return flows and may_be_means(problem.row, imposed=False)
 
 
 def is_steered_by_commands(problem: Problem) -> bool:
