@@ -9,7 +9,12 @@ TICK = 0.001
 STIFF = {"controller.proportional_gain_as_per_rad": 1.5}
 """Of a car that has the speed it is told within a tenth of a second."""
 
-NOISE = {"speed_mps": 0.005, "motor_current_a": 0.15, "battery_current_a": 0.05}
+NOISE = {
+    "speed_mps": 0.005,
+    "accel_x_mps2": 0.1,
+    "motor_current_a": 0.15,
+    "battery_current_a": 0.05,
+}
 
 
 def wanted(time):
@@ -21,7 +26,7 @@ def wanted(time):
 def rows(true, row, jitter, seconds, seed):
     """Return the rows of a drive: a cycle sent row by row, each as late as it comes.
 
-    Speed is a sample, currents are means since the row before, as a VESC gives them.
+    What moves is a sample; currents are means since the row before, as of a VESC.
     """
     rng = np.random.default_rng(seed)
     n = round(seconds / row)
@@ -35,7 +40,7 @@ def rows(true, row, jitter, seconds, seed):
     ends, log = seen["time_s"], {"time_s": time, "speed_ref_mps": sent}
     for name, sd in NOISE.items():
         now = np.interp(time, ends, seen[name])
-        if name != "speed_mps":
+        if name.endswith("_a"):
             sums = np.concatenate([[0.0], np.cumsum(seen[name]) * TICK])
             flowed = np.diff(np.interp(time, [ends[0] - TICK, *ends], sums))
             now[1:] = flowed / np.diff(time)

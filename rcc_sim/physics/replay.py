@@ -118,14 +118,15 @@ def recall(p, c, s, u, row, w, v, i_q, span, recall_v, recall_i, hold):
 
 @jit
 def run_replayed(
-    P, work, drive, road, measured, maps, lines, rows, sinks, window, recalls
+    P, work, drive, road, measured, maps, lines, rows, sinks, windows, recalls
 ):
     """Run the vehicle along a log, one row each row of the log.
 
     P holds the parameters, work the other records, drive the rows' times, what was
     commanded at them, and whether reference and steering hold between them, road the
     slope over distance, maps and lines as in ``run_commanded``. Means are over
-    ``window`` [s] before each row. ``recalls`` holds the times [s] in which state and
+    ``windows`` [s] before each row, of flows and of accelerations, which are no longer
+    than those. ``recalls`` holds the times [s] in which state and
     measurement come together (speed, integral; infinite: never), by what share of its
     loop's stiffness the speed does besides, where no loop holds it, and how long before
     each row the speed was what it then holds.
@@ -138,6 +139,7 @@ def run_replayed(
     eta, force = maps
     late_motor, late_steer = lines
     recall_v, recall_i, hold, ago = recalls
+    window, felt = windows
     T = p.control.T_loop
     eff = max(p.motor_efficiency.scale, ETA_MIN)
     r_0 = 0.0
@@ -161,13 +163,18 @@ def run_replayed(
         opened = max(ends - window / T, float(tick))
         opens = min(math.floor(opened + NEAR), max(last - 1, tick))
         before = k - 1
+        feels = min(math.floor(ends - felt / T + NEAR), max(last - 1, tick))
+        feels = max(feels, opens)
+        felt_t, felt_x, felt_y = 0.0, 0.0, 0.0
         w_was = s.w
         span = time[k] - time[before]
         enter_cell(u, time, commands.steer, before, held[1])
         while tick < last:
             if tick == opens:
                 open_window(flow)
-            elif tick == last - 1:
+            if tick == feels:
+                felt_t, felt_x, felt_y = flow.dt, flow.a_x, flow.a_y
+            if tick == last - 1 and tick != opens:
                 weigh(flow, 1.0 / more)
             s.t = max(tick * T, time[0])
             look_up_inputs(p, s, u, before, drive, road)
@@ -196,7 +203,10 @@ def run_replayed(
             tick += 1
         s.t = t_end
         if flow.dt > 0.0:
+            felt_t = flow.dt - felt_t
+            felt_x, felt_y = flow.a_x - felt_x, flow.a_y - felt_y
             write(c, s, u, E, flow, rows[k])
+            rows[k].a_x, rows[k].a_y = felt_x / felt_t, felt_y / felt_t
         rows[k].t = t_end
         rows[k].r = s.r + (s.r - r_0) * (ends - tick)
         rows[k].psi = s.psi + s.r * (ends - tick) * T

@@ -71,6 +71,8 @@ class Drive:
         What its sensors say at the rows.
     window : float
         Time before a row over which flows are averaged. [s]
+    felt : float
+        The same of accelerations between commands, where it is shorter. [s]
     answers : float
         Time in which the vehicle as it is stated answers its steering. [s]
     start : float
@@ -116,6 +118,7 @@ class Drive:
     smear: float = 0.0
     back: bool = False
     on_stand: bool = False
+    felt: float = inf
 
     @property
     def turns_as_measured(self) -> bool:

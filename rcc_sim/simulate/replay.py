@@ -142,14 +142,14 @@ def replay(
         measured,
         (efficiency_map(vehicle), force_table(vehicle)),
     )
-    filled = (table, sinks, drive.window)
     if drive.imposed:
-        longest = control["T_loop"]
+        longest, filled = control["T_loop"], (table, sinks, drive.window)
         own.call(run_with_logged_motion, True, P, work, *given, *filled, longest)
     else:
         lines = delay_lines(values)
         back = (*recalls, ago)
-        own.call(run_replayed, True, P, work, *given, lines, *filled, back)
+        over = (table, sinks, (drive.window, drive.felt))
+        own.call(run_replayed, True, P, work, *given, lines, *over, back)
     if any(o.kind == "sensed" for o in vehicle.own_acting):
         only = ()  # it may read any
     c = work[0][0]

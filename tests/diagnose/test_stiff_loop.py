@@ -3,6 +3,7 @@
 from dataclasses import replace
 from math import inf
 
+import numpy as np
 import pytest
 
 from rcc_sim.analyse.logged import Logged
@@ -12,7 +13,7 @@ from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.diagnose.search.as_sent import kept_alike
-from rcc_sim.physics.tables import SINCE
+from rcc_sim.physics.tables import LINE, SINCE
 from rcc_sim.trace import Trace
 from tests import one_loop
 
@@ -32,7 +33,10 @@ def found(true, jitter):
 
 @pytest.mark.parametrize("jitter", [0.0, 0.1])
 def test_nothing_wrong_is_no_gap(jitter):
-    """Beside references that run straight its currents looked like samples."""
+    """Beside references that run straight its currents looked like samples.
+
+    And what it feels is none, beside them: it comes all at once and is over by the row.
+    """
     told = found(CAR, jitter)
     assert told.status == "no_gap" and not told.asserted
 
@@ -56,3 +60,19 @@ def test_a_log_that_was_kept_back_has_means_where_the_others_have():
     assert (kept.drive.held, kept.drive.window) == ((SINCE, SINCE), inf)
     (as_it_is,) = kept_alike([problem], Engine([problem]))
     assert as_it_is.drive.window == SAMPLE
+
+
+def test_accelerometers_may_be_samples_beside_currents_that_are_means():
+    told = Trace(one_loop.rows(CAR, 0.1, 0.1, 30.0, seed=5), name="log")
+    problem = problem_of(told, CAR)
+
+    def seen(window, felt=inf):
+        drive = replace(problem.drive, held=(SINCE, LINE), window=window, felt=felt)
+        return replace(problem, drive=drive).driven({})
+
+    both, means, samples = seen(inf, SAMPLE), seen(inf), seen(SAMPLE)
+    for flow in ("motor_current_a", "battery_power_w", "battery_voltage_v"):
+        np.testing.assert_array_equal(both[flow], means[flow])
+    # the tick under way at a sample's beginning is not cut
+    off = np.abs(both["accel_x_mps2"] - samples["accel_x_mps2"]).max()
+    assert off < 0.1 < np.abs(means["accel_x_mps2"] - samples["accel_x_mps2"]).max()

@@ -7,6 +7,7 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 from functools import partial
 from math import inf
+from typing import Any
 
 import numpy as np
 
@@ -34,6 +35,9 @@ LATE = {
 """Effect -> the command that passes for it where it holds from row to row: the
 reference or the throttle, or the steering."""
 
+FELT = frozenset({"accel_x_mps2", "accel_y_mps2"})
+"""Columns of an accelerometer."""
+
 Explained = Callable[[Engine, Fit | None, Asked | None], Explanation]
 """How logs are explained: from a null, where known, and asked how they are driven."""
 
@@ -49,9 +53,8 @@ def as_sent(
     better so; but a motor or a steering that is late, or slow, may seem to hold it:
     with the first cause it is asked, and all is explained so if it still is; and with
     each, if logs are about as likely without it where the command holds. Where what
-    was found may do as well another way, or fewer causes, or none, all is explained
-    that way, too, and the likelier explanation stands. A cause fewer is worth what one
-    must gain.
+    was found may do as well, or fewer causes, another way, all is explained that way,
+    too, and the likelier explanation stands. A cause fewer is worth what one must gain.
 
     ``null`` is what tolerances alone leave as the logs are, where that is known.
     """
@@ -72,8 +75,7 @@ def as_sent(
     others += [way for way in ways if is_logged_later(way, begun)]
     others = [way for way in others if not are_driven_as(way, begun)]
     least = found.fit.score - (ENOUGH * len(found.causes) if liked else 0.0)
-    as_stated = liked and max(each) > least  # the best way, without any cause
-    again = best if as_stated else likeliest(others, found.engine, found.fit, least)
+    again = likeliest(others, found.engine, found.fit, least)
     if again is None:
         return begun, found
     late = Likelier((), ways)  # a cause that a command which holds passes for
@@ -89,7 +91,8 @@ def parts_of(best: Engine, engine: Engine, ways: Sequence[Engine]) -> list[Engin
 
     def runs(one: Drive, other: Drive, now: Drive) -> bool:
         each = zip(one.held, other.held, now.held, strict=True)
-        return one.window == other.window and all(a in (b, c) for a, b, c in each)
+        alike = averages_of(one) == averages_of(other)
+        return alike and all(a in (b, c) for a, b, c in each)
 
     every = list(zip(best.problems, engine.problems, strict=True))
     return [
@@ -110,7 +113,7 @@ def is_logged_later(engine: Engine, begun: Engine) -> bool:
         if not p.drive.imposed
     ]
     return bool(pairs) and all(
-        (d.held, d.window) == ((BEFORE, other.held[1]), other.window)
+        way_of(d) == way_of(replace(other, held=(BEFORE, other.held[1])))
         for d, other in pairs
     )
 
@@ -118,10 +121,10 @@ def is_logged_later(engine: Engine, begun: Engine) -> bool:
 class Likelier:
     """Tells how logs are driven where they are likelier by the same figures.
 
-    That is one of ``some`` ways; or, where the cause is one that a command which holds
-    passes for, one of all ``ways`` that differs by that alone, and asks for no such
-    cause: logs are about as likely by what was found before. Once they are driven
-    another way, commands can but hold more.
+    That is one of ``some`` ways, with the first cause or as likely without it; or,
+    where the cause is one that a command which holds passes for, one of all ``ways``
+    that differs by that alone, and asks for no such cause: logs are about as likely by
+    what was found before. Once they are driven another way, commands can but hold more.
     """
 
     def __init__(self, some: Sequence[Engine], ways: Sequence[Engine]) -> None:
@@ -129,11 +132,14 @@ class Likelier:
 
     def __call__(self, engine: Engine, fit: Fit, before: Fit) -> Way | None:
         """Tell it by a fit with one more cause, and the one before."""
-        best, self._some = likeliest(self._some, engine, fit, fit.score), []
+        least = fit.score - ENOUGH
+        best = likeliest(self._some, engine, fit, fit.score)
+        best = best or likeliest(self._some, engine, before, least)
+        self._some = []
         late = {LATE[effect] for effect in freed(fit) - freed(before) if effect in LATE}
         if best is None and late:
             others = [way for way in self._ways if holds_more(way, engine, late)]
-            best = likeliest(others, engine, before, fit.score - ENOUGH)
+            best = likeliest(others, engine, before, least)
         return None if best is None else partial(driven_as, like=best)
 
 
@@ -146,11 +152,14 @@ def freed(fit: Fit) -> set[str]:
 def holds_more(way: Engine, begun: Engine, commands: Collection[int]) -> bool:
     """Tell whether logs are driven as others, but that some commands hold there."""
 
-    def held(drive: Drive) -> tuple[int, ...]:
-        return tuple(SINCE if i in commands else h for i, h in enumerate(drive.held))
+    def held(drive: Drive) -> Drive:
+        first, second = (
+            SINCE if i in commands else h for i, h in enumerate(drive.held)
+        )
+        return replace(drive, held=(first, second))
 
     return not are_driven_as(way, begun) and all(
-        (p.drive.held, p.drive.window) == (held(q.drive), q.drive.window)
+        way_of(p.drive) == way_of(held(q.drive))
         for p, q in zip(way.problems, begun.problems, strict=True)
     )
 
@@ -227,7 +236,7 @@ def is_asked(problem: Problem) -> bool:
 def driven_as(engine: Engine, like: Engine) -> Engine:
     """Return logs whose commands hold, and whose flows are means, as in others."""
     drives = [
-        replace(p.drive, held=q.drive.held, window=q.drive.window)
+        replace(p.drive, **way_of(q.drive))
         for p, q in zip(engine.problems, like.problems, strict=True)
     ]
     return with_drives(engine, drives)
@@ -244,11 +253,14 @@ def kept_alike(problems: Sequence[Problem], like: Engine) -> list[Problem]:
         same = [q for q in like.problems if q.drive.imposed == p.drive.imposed]
         if not same or (p.drive.imposed and not is_asked(p)):
             return p
-        ways = Counter((q.drive.held, q.drive.window <= SAMPLE) for q in same)
-        held, samples = max(ways, key=ways.__getitem__)
+        ways = Counter(
+            (q.drive.held, q.drive.window <= SAMPLE, q.drive.felt) for q in same
+        )
+        held, samples, felt = max(ways, key=ways.__getitem__)
         means = inf if p.drive.imposed or can_be_means(p) else p.drive.window
         window = min(p.drive.window, SAMPLE) if samples else means
-        return replace(p, drive=replace(p.drive, held=held, window=window))
+        drive = replace(p.drive, held=held, window=window, felt=felt)
+        return replace(p, drive=drive)
 
     return [one(p) for p in problems]
 
@@ -256,10 +268,17 @@ def kept_alike(problems: Sequence[Problem], like: Engine) -> list[Problem]:
 def are_driven_as(engine: Engine, like: Engine) -> bool:
     """Tell whether the commands of logs hold, and flows are means, as in others."""
     pairs = zip(engine.problems, like.problems, strict=True)
-    return all(
-        (p.drive.held, p.drive.window) == (q.drive.held, q.drive.window)
-        for p, q in pairs
-    )
+    return all(way_of(p.drive) == way_of(q.drive) for p, q in pairs)
+
+
+def way_of(drive: Drive) -> dict[str, Any]:
+    """Return how commands run between rows, and over what flows are averaged."""
+    return {"held": drive.held, **averages_of(drive)}
+
+
+def averages_of(drive: Drive) -> dict[str, float]:
+    """Return over what times before its rows flows and accelerations are averaged."""
+    return {"window": drive.window, "felt": drive.felt}
 
 
 def with_drives(engine: Engine, drives: Sequence[Drive]) -> Engine:
@@ -269,7 +288,7 @@ def with_drives(engine: Engine, drives: Sequence[Drive]) -> Engine:
 
 
 def every_way(problems: Sequence[Problem]) -> list[list[Drive]]:
-    """Return the drives of logs, commands in every way, flows samples, and means.
+    """Return the drives of logs, commands and averages in every way.
 
     One logger wrote them: what is asked is asked of all that are driven by commands, of
     the steering also where the motion that was measured drives a car that is steered by
@@ -283,22 +302,35 @@ def every_way(problems: Sequence[Problem]) -> list[list[Drive]]:
     clocked = any("reference_sampling" in p.vehicle.effects for p in problems)
     references = (LINE, SINCE, BEFORE)[: 2 + clocked] if commanded else (LINE,)
     ways = [(r, s) for r in references for s in (LINE, SINCE)]
-    own = [p.drive.window for p in problems]
-    samples = [min(window, SAMPLE) for window in own] if commanded else own
-    means = [inf if can_be_means(p) else p.drive.window for p in problems]
+    every = dict.fromkeys(zip(*map(averages_in_turn, problems), strict=True))
 
-    def one(p: Problem, way: tuple[int, int], window: float) -> Drive:
+    def one(p: Problem, way: tuple[int, int], over: tuple[float, float]) -> Drive:
         if not p.drive.imposed:
-            return replace(p.drive, held=way, window=window)
+            return replace(p.drive, held=way, window=over[0], felt=over[1])
         if is_steered_by_commands(p):
             return replace(p.drive, held=(p.drive.held[0], way[1]))
         return p.drive
 
-    def drives(way: tuple[int, int], windows: Sequence[float]) -> list[Drive]:
-        return [one(p, way, w) for p, w in zip(problems, windows, strict=True)]
+    return [
+        [one(p, way, over) for p, over in zip(problems, averages, strict=True)]
+        for way in ways
+        for averages in every
+    ]
 
-    some = [samples] if samples == means else [samples, means]
-    return [drives(way, windows) for way in ways for windows in some]
+
+def averages_in_turn(problem: Problem) -> list[tuple[float, float]]:
+    """Return over what times before its rows flows and accelerations are averaged.
+
+    All samples, all means, and means beside accelerometers that are sampled: an
+    inverter tells what flowed since it was asked before, a chip what it feels.
+    """
+    own = problem.drive.window
+    if problem.drive.imposed:
+        return 3 * [(own, inf)]
+    means = can_be_means(problem)
+    over = inf if means else own
+    felt = SAMPLE if means and FELT.intersection(problem.channels) else inf
+    return [(min(own, SAMPLE), inf), (over, inf), (over, felt)]
 
 
 def can_be_means(problem: Problem) -> bool:
