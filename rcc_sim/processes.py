@@ -12,6 +12,7 @@ import os
 import signal
 import threading
 from collections.abc import Callable, Iterable, Iterator
+from types import FrameType
 from typing import Any
 
 from rcc_sim.errors import RccError
@@ -86,18 +87,31 @@ def _do(part: Any) -> Any:
 
 @contextlib.contextmanager
 def _unheard() -> Iterator[None]:
-    """Let an interrupt wait: a process that starts meanwhile never hears of one."""
+    """Let an interrupt wait: a process that starts meanwhile never hears of one.
+
+    Nor does this one: another of its threads may take what this thread blocks, and
+    Python would raise it here, where a pool is half made.
+    """
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
     from multiprocessing import resource_tracker
 
     resource_tracker.ensure_running()  # which would unblock what is blocked
+    raises = signal.getsignal(signal.SIGINT)
+    waits = callable(raises) and threading.current_thread() is threading.main_thread()
+    heard: list[tuple[int, FrameType | None]] = []
+    if waits:
+        signal.signal(signal.SIGINT, lambda *given: heard.append(given))
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        if waits:
+            signal.signal(signal.SIGINT, raises)
+        if heard and callable(raises):
+            raises(*heard[0])
 
 
 class _Pool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import threading
+import time
 
 import pytest
 
@@ -12,7 +13,7 @@ from rcc_sim.batch import engine
 from rcc_sim.batch.batch import run_batch
 from rcc_sim.batch.engine import Engine
 from rcc_sim.errors import InputError, RccError
-from rcc_sim.processes import ONE_THREAD
+from rcc_sim.processes import ONE_THREAD, _unheard
 from tests.batch.test_store import Squares, contents
 
 
@@ -119,3 +120,21 @@ def test_a_scheduler_without_workers_is_said(tmp_path):
         pytest.raises(InputError, match="has no workers"),
     ):
         run_batch(Squares(), tmp_path / "out", Engine(dask=empty.scheduler_address))
+
+
+@pytest.mark.skipif(os.name == "nt", reason="there are no such signals")
+def test_an_interrupt_that_another_thread_takes_waits_as_well():
+    """Python raises it in the main thread, whatever that one blocks."""
+    over = threading.Event()
+    other = threading.Thread(target=over.wait)
+    other.start()
+    before, done = signal.getsignal(signal.SIGINT), []
+    try:
+        with pytest.raises(KeyboardInterrupt), _unheard():
+            signal.pthread_kill(other.ident, signal.SIGINT)
+            time.sleep(0.05)
+            done.append("made")
+    finally:
+        over.set()
+        other.join()
+    assert done == ["made"] and signal.getsignal(signal.SIGINT) is before
