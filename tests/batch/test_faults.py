@@ -47,6 +47,11 @@ def started(command, output, jobs, **options):
     )
 
 
+def heeding_interrupts():
+    """Undo what started the tests: a shell lets what it does aside ignore them."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def parts(folder):
     """Return the bytes of every part."""
     return {path.name: path.read_bytes() for path in folder.glob("part-*")}
@@ -139,7 +144,13 @@ def test_an_interrupt_as_processes_start_says_so_and_no_more(tmp_path):
     undisturbed.wait()
     start = time.monotonic() - begun
     for later in (0.3, 0.7, 1.1):
-        process = started("sweep", tmp_path / "out", jobs=2, start_new_session=True)
+        process = started(
+            "sweep",
+            tmp_path / "out",
+            jobs=2,
+            start_new_session=True,
+            preexec_fn=heeding_interrupts,
+        )
         time.sleep(start + later)
         os.killpg(process.pid, signal.SIGINT)
         said = process.communicate(timeout=60)[1]
