@@ -126,10 +126,10 @@ def run_replayed(
     commanded at them, and whether reference and steering hold between them, road the
     slope over distance, maps and lines as in ``run_commanded``. Means are over
     ``windows`` [s] before each row, of flows and of accelerations, which are no longer
-    than those. ``recalls`` holds the times [s] in which state and
-    measurement come together (speed, integral; infinite: never), by what share of its
-    loop's stiffness the speed does besides, where no loop holds it, and how long before
-    each row the speed was what it then holds.
+    than those. ``recalls`` holds the times [s] in which state and measurement come
+    together (speed, integral; infinite: never), by what share of its loop's stiffness
+    the speed does besides, where no loop holds it, and how long before each row the
+    speed was what it then holds.
     """
     p = P[0]
     c, s, u, f, flow = work[0][0], work[1][0], work[2][0], work[3][0], work[4][0]
@@ -163,8 +163,8 @@ def run_replayed(
         opened = max(ends - window / T, float(tick))
         opens = min(math.floor(opened + NEAR), max(last - 1, tick))
         before = k - 1
-        feels = min(math.floor(ends - felt / T + NEAR), max(last - 1, tick))
-        feels = max(feels, opens)
+        opened_felt = max(ends - felt / T, opened)
+        feels = min(math.floor(opened_felt + NEAR), max(last - 1, tick))
         felt_t, felt_x, felt_y = 0.0, 0.0, 0.0
         w_was = s.w
         span = time[k] - time[before]
