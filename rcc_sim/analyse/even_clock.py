@@ -19,7 +19,7 @@ from rcc_sim.analyse.logcheck.finding import Finding
 from rcc_sim.channel import interval_of
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.physics.tables import LINE, SINCE
-from rcc_sim.simulate.drive import COMMANDS, drive_of, has_commands
+from rcc_sim.simulate.drive import COMMANDS, Drive, drive_of, has_commands
 from rcc_sim.simulate.replay import RECALLS, replay
 from rcc_sim.trace import Trace
 
@@ -115,10 +115,7 @@ def along_lines(x: Array) -> Array:
 
 
 def nats_for_even(speed: Array, time: Array, even: Array) -> float:
-    """Nats by which a speed is likelier smooth over even times than over its stamps.
-
-    The errors have a Laplace distribution, which outliers do not sway.
-    """
+    """Nats by which a speed is likelier smooth over even times than over its stamps."""
     by_stamps, by_rows = (_off_the_line(speed, t) for t in (time, even))
     return _nats(speed, by_stamps, by_rows)
 
@@ -129,18 +126,22 @@ def nats_as_commanded(log: Trace, vehicle: Vehicle, even: Array) -> float:
     From row to row the vehicle as stated errs by less; whether its commands run
     straight between their rows, or hold. Infinite where none drive it.
     """
-    given = {c: log[c] for c in ("speed_mps", *COMMANDS.values()) if c in log}
-
-    def errors(time: Array, held: int) -> Array:
-        drive = drive_of(Trace({"time_s": time, **given}, name=log.name), vehicle)
-        drive = replace(drive, held=(held, drive.held[1]))
-        simulated = replay(vehicle, drive, RECALLS)["speed_mps"]
-        return np.asarray(np.diff(log["speed_mps"] - simulated)[1:])
-
     if not has_commands(log, vehicle):
         return inf
+    speed = log["speed_mps"]
+    given = {c: log[c] for c in COMMANDS.values() if c in log} | {"speed_mps": speed}
+    drives = [
+        drive_of(Trace({"time_s": time, **given}, name=log.name), vehicle)
+        for time in (log["time_s"], even)
+    ]
+
+    def errors(drive: Drive, held: int) -> Array:
+        drive = replace(drive, held=(held, drive.held[1]))
+        simulated = replay(vehicle, drive, RECALLS)["speed_mps"]
+        return np.asarray(np.diff(speed - simulated)[1:])
+
     return min(
-        _nats(log["speed_mps"], errors(log["time_s"], held), errors(even, held))
+        _nats(speed, *(errors(drive, held) for drive in drives))
         for held in (LINE, SINCE)
     )
 
@@ -148,7 +149,8 @@ def nats_as_commanded(log: Trace, vehicle: Vehicle, even: Array) -> float:
 def _nats(speed: Array, by_stamps: Array, by_rows: Array) -> float:
     """Nats by which errors at the inner rows are likelier by even rows than by stamps.
 
-    Where the speed changes most.
+    Where the speed changes most. They have a Laplace distribution, which outliers do
+    not sway.
     """
     change = np.abs(speed[2:] - speed[:-2])
     known = np.isfinite(change) & np.isfinite(by_stamps) & np.isfinite(by_rows)

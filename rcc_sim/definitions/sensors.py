@@ -22,7 +22,8 @@ DELAYED = {
 POSE = ("x_m", "y_m", "yaw_rad", "elevation_m", "aux_power_w")
 """Columns that are measured as well, and whose delay is not modelled."""
 
-INERTIAL = ("yaw_rate_radps", "accel_x_mps2", "accel_y_mps2")
+ACCELEROMETERS = ("accel_x_mps2", "accel_y_mps2")
+INERTIAL = ("yaw_rate_radps", *ACCELEROMETERS)
 """Columns of an inertial measurement unit: its gyro, its accelerometers."""
 
 SCALES = {

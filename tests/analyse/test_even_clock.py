@@ -106,11 +106,8 @@ def test_rows_of_a_loop_that_commands_and_logs_stay(stiff):
 def test_late_stamps_of_a_commanded_drive_are_evened(row):
     car = load_vehicle("rcc")
     came = one_loop.rows(car, row, 0.0, 80.0, seed=5)
-    late = (
-        0.15
-        * row
-        * np.abs(np.random.default_rng(1).standard_normal(len(came["time_s"])))
-    )
+    delays = np.random.default_rng(1).standard_normal(len(came["time_s"]))
+    late = 0.15 * row * np.abs(delays)
     log = Trace({**came, "time_s": came["time_s"] + late}, name="log")
     found, (told,) = on_even_clock(log, car)
     assert told.kind == "jitter"

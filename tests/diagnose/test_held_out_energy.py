@@ -35,7 +35,7 @@ def log():
 def test_it_is_that_of_the_gap(log):
     whole = gap(Logged(log, (), None), CAR).energy
     problem = problem_of(log, CAR)
-    measured, simulated = energies(problem, problem, {}, {})
+    measured, simulated = energies(problem, {})
     assert measured / J_PER_WH == pytest.approx(whole.measured_wh, rel=1e-9)
     assert simulated / J_PER_WH == pytest.approx(whole.simulated_wh, rel=1e-9)
     # what was measured is 1.1 times as much at each row: so is their sum

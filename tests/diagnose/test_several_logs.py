@@ -46,7 +46,7 @@ def test_what_one_takes_too_much_is_not_what_another_takes_too_little():
     logs = [imposed("more.csv", 1.1), imposed("less.csv", 0.9)]
     each = [energy_percent([p], [({}, None)]) for p in logs]
     assert each == pytest.approx([100 / 11, -100 / 9], rel=1e-3)
-    taken = [energies(p, p, {}, {})[0] for p in logs]
+    taken = [energies(p, {})[0] for p in logs]
     both = energy_percent(logs, [({}, None)])
     assert both == pytest.approx(np.dot(np.abs(each), taken) / sum(taken), rel=1e-6)
 
@@ -57,7 +57,7 @@ def test_a_log_without_a_battery_has_the_energy_of_its_shaft(commanded):
         c: x for c, x in log.columns.items() if not c.startswith("battery") and x.any()
     }
     problem = problem_of(Trace(bare, name="no battery.csv"), RCC)
-    measured, simulated = energies(problem, problem, {}, {})
+    measured, simulated = energies(problem, {})
     assert simulated == pytest.approx(measured, rel=0.05) and measured > 0
 
 

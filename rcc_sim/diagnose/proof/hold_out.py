@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -118,13 +118,10 @@ def energy_percent(
     for figures, rows in fitted:
         for i, p in enumerate(problems):
             if rows is None:
-                gain = figures.get(scale_key(0, TORQUE), 0.0)
-                true, own, judged = p.by_true_torque(gain), figures_of(figures), None
-                offsets = offsets_of(figures, 0)
+                found = energies(as_metered(p, figures, 0), figures_of(figures))
             else:
                 true, own = as_read(p, figures, i), figures_of(figures, i)
-                judged, offsets = rows[i], offsets_of(figures, i)
-            found = energies(p, true, own, offsets, judged)
+                found = energies(true, own, rows[i])
             if found is None:
                 return None
             sums[i] += found
@@ -141,37 +138,40 @@ def energy_by_log(
     """Energy gap of each log that was fitted, in a free run with these figures. [%]"""
     found: list[float | None] = []
     for i, p in enumerate(problems):
-        own, offsets = figures_of(figures, i), offsets_of(figures, i)
-        both = energies(p, as_read(p, figures, i), own, offsets)
+        both = energies(as_read(p, figures, i), figures_of(figures, i))
         found.append(percent_of(*both) if both else None)
     return found
 
 
 def as_read(p: Problem, figures: Mapping[str, float], log: int) -> Problem:
-    """Return the drive of a log that was fitted: its torque and road as they were.
+    """Return a log that was fitted as it was: what its meters tell, and its road.
 
-    By how much too much its torque meter and its altimeter were found to read.
+    By how much too much its altimeter was found to read.
     """
-    true = p.by_true_torque(figures.get(scale_key(log, TORQUE), 0.0))
+    true = as_metered(p, figures, log)
     return true.by_felt_road(figures.get(scale_key(log, ALTIMETER), 0.0))
 
 
-def energies(
-    p: Problem,
-    true: Problem,
-    figures: dict[str, float],
-    offsets: Mapping[str, float],
-    rows: Mask | None = None,
-) -> tuple[float, float] | None:
-    """Energy that a log measured, and that a vehicle takes on its true drive. [J]
+def as_metered(p: Problem, figures: Mapping[str, float], log: int) -> Problem:
+    """Return a log with what its meters tell as it was, power and torque.
 
-    At the battery, or where that was not measured at the motor's shaft; without the
-    ``offsets`` of what measured it.
+    By the offsets, and the share of a torque, that one of the logs was found to have.
     """
-    at, power = measured_power(without_offsets(p.log, offsets), p.vehicle)
+    true = p.by_true_torque(figures.get(scale_key(log, TORQUE), 0.0))
+    return replace(true, log=without_offsets(p.log, offsets_of(figures, log)))
+
+
+def energies(
+    p: Problem, figures: dict[str, float], rows: Mask | None = None
+) -> tuple[float, float] | None:
+    """Energy that a log measured, and that a vehicle takes on its drive. [J]
+
+    At the battery, or where that was not measured at the motor's shaft.
+    """
+    at, power = measured_power(p.log, p.vehicle)
     if power is None:
         return None
-    model = power_of(at, true.driven(figures))
+    model = power_of(at, p.driven(figures))
     ok = np.isfinite(power) & np.isfinite(model)
     weights = row_times(p, ok)
     if rows is not None:

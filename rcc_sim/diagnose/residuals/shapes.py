@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from rcc_sim.analyse.heading import TURN_RATE
 from rcc_sim.analyse.offsets import scale_sd
 from rcc_sim.channel import moving_mean
-from rcc_sim.definitions.sensors import INERTIAL
+from rcc_sim.definitions.sensors import ACCELEROMETERS, INERTIAL
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.residuals.beside_motor import MOTOR
 from rcc_sim.diagnose.residuals.terminals import CURRENT, POWER, VOLTAGE, knows_voltage
@@ -205,7 +205,7 @@ def late_of(problem: Problem) -> dict[str, list[Array]]:
     # as measured: the model's own rates are wrong where a cause is missing
     calm = [moving_mean(problem.log[c], CALMED) for c in problem.channels]
     rates = [problem.row * np.gradient(x, problem.log["time_s"]) for x in calm]
-    kinds = {"late_flows": FLOWS, "late_accel": ("accel_x_mps2", "accel_y_mps2")}
+    kinds = {"late_flows": FLOWS, "late_accel": ACCELEROMETERS}
     return {
         kind: [-x * (c in those) for c, x in zip(problem.channels, rates, strict=True)]
         for kind, those in kinds.items()

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from rcc_sim.analyse.sampled import SAMPLE, may_be_means
+from rcc_sim.definitions.sensors import ACCELEROMETERS
 from rcc_sim.diagnose.causes.cause import ENOUGH
 from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
@@ -34,9 +35,6 @@ LATE = {
 }
 """Effect -> the command that passes for it where it holds from row to row: the
 reference or the throttle, or the steering."""
-
-FELT = frozenset({"accel_x_mps2", "accel_y_mps2"})
-"""Columns of an accelerometer."""
 
 Explained = Callable[[Engine, Fit | None, Asked | None], Explanation]
 """How logs are explained: from a null, where known, and asked how they are driven."""
@@ -329,7 +327,7 @@ def averages_in_turn(problem: Problem) -> list[tuple[float, float]]:
         return 3 * [(own, inf)]
     means = can_be_means(problem)
     over = inf if means else own
-    felt = SAMPLE if means and FELT.intersection(problem.channels) else inf
+    felt = SAMPLE if means and set(ACCELEROMETERS) & set(problem.channels) else inf
     return [(min(own, SAMPLE), inf), (over, inf), (over, felt)]
 
 
