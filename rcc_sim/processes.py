@@ -141,15 +141,18 @@ class _Pool:
             return
         with _unheard():
             processes = list((self.pool._processes or {}).values())
-            manager = self.pool._executor_manager_thread  # it holds semaphores
+            # they hold semaphores
+            manager, asked = self.pool._executor_manager_thread, self.pool._call_queue
             self.pool.shutdown(wait=False, cancel_futures=True)
             for process in processes:
                 process.terminate()
             for process in processes:
                 process.join(timeout=5)
+            with contextlib.suppress(OSError):
+                asked._reader.close()  # what is written to none that reads never ends
             if manager is not None:
                 manager.join(timeout=5)
-            self.pool = manager = None
+            self.pool = manager = asked = None
             gc.collect()  # its semaphores are given back
 
     def done(self, parts: Parts) -> Results:
