@@ -1,35 +1,17 @@
 """What a person sees on a terminal: whole numbers at any width."""
 
-import os
-import pty
 import re
-import subprocess
-import sys
 
 import pytest
+
+from tests import terminal
 
 
 def on_terminal(width, *args):
     """Run a command on a terminal of its own; return what it shows."""
-    ours, theirs = pty.openpty()
-    env = os.environ | {"COLUMNS": str(width), "NO_COLOR": "1", "TERM": "xterm"}
-    command = [sys.executable, "-m", "rcc_sim", *args]
-    process = subprocess.Popen(
-        command, stdout=theirs, stderr=subprocess.DEVNULL, env=env, close_fds=True
-    )
-    os.close(theirs)
-    shown = b""
-    while True:
-        try:
-            part = os.read(ours, 65536)
-        except OSError:
-            break
-        if not part:
-            break
-        shown += part
-    assert process.wait(timeout=60) == 0
-    text = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", shown.decode())
-    return text.replace("\r", "")
+    code, shown = terminal.on_terminal(*args, width=width, NO_COLOR="1")
+    assert code == 0
+    return re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", shown).replace("\r", "")
 
 
 COMMANDS = [

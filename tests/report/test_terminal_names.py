@@ -2,40 +2,20 @@
 
 from __future__ import annotations
 
-import os
-import pty
 import re
-import subprocess
-import sys
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from rcc_sim.report.text import BARS, sparkline
+from tests import terminal
 from tests.program import rccsim
 
 
-def on_terminal(*words, cwd, **env):
-    """Run a command with both streams on one terminal; return its bytes."""
-    ours, theirs = pty.openpty()
-    command = [sys.executable, "-m", "rcc_sim", *words]
-    env = os.environ | {"COLUMNS": "60", "TERM": "xterm", "PYTHONUTF8": "1"} | env
-    process = subprocess.Popen(
-        command, stdout=theirs, stderr=theirs, env=env, cwd=cwd, close_fds=True
-    )
-    os.close(theirs)
-    shown = b""
-    while True:
-        try:
-            part = os.read(ours, 65536)
-        except OSError:
-            break
-        if not part:
-            break
-        shown += part
-    process.wait(timeout=60)
-    return shown.decode()
+def on_terminal(*words, **env):
+    """Run a command with both streams on one terminal; return what it shows."""
+    return terminal.on_terminal(*words, width=60, errors=True, PYTHONUTF8="1", **env)[1]
 
 
 @given(st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=500), st.integers(1, 120))
