@@ -4,9 +4,8 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-# The tests themselves keep the cores busy; processes that they start find the modules
-# compiled that were loaded before: all that is installed would take half a minute.
-PYTEST := OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 PYTHONDONTWRITEBYTECODE= $(BIN)/pytest
+# The tests themselves keep the cores busy.
+PYTEST := OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(BIN)/pytest
 
 .PHONY: demo test types tests thorough bench clean
 
@@ -37,11 +36,13 @@ clean:
 	    .import_linter_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
+# Compiled is what a command may load, wherever Python is told to write none itself: all
+# that is installed would take half a minute, and each start without it two seconds.
 $(STAMP): pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	    { echo "Python >= 3.11 is needed; say which: make PYTHON=python3.12"; exit 1; }
 	$(BIN)/python -c '' 2>/dev/null || $(PYTHON) -m venv --clear $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile \
 	    --editable '.[test]'
-	$(BIN)/python -m compileall -q rcc_sim
+	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m tests.loaded
 	@touch $@

@@ -1,5 +1,6 @@
 """A grid of strengths is tried to its end, whatever the weak ones show."""
 
+from dataclasses import replace
 from math import inf
 
 import numpy as np
@@ -64,3 +65,13 @@ def test_the_best_of_those_that_gain_is_taken(strengths):
     assert gain == pytest.approx(0.5 * 30.0**2)
     promised = screen.promised["effects.any.figure"]
     assert promised.nats == pytest.approx(gain)  # each is as promising as the best
+
+
+def test_clocks_are_tried_until_one_changes_twice_what_is_left():
+    screen = Lines(-3.0 * ALONG, ALONG)
+    clocks = replace(grid(*map(float, range(1, 11))), acts="clock")
+    gain, strength = screen.scan(clocks, {})
+    assert max(screen.tried) == 7.0
+    assert strength == pytest.approx(3.0)
+    untried = [screen.gain(x * ALONG) for x in (8.0, 9.0, 10.0)]
+    assert max(untried) < 0 < gain

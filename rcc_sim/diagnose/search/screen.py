@@ -212,13 +212,20 @@ class Screen:
         return best
 
     def scan(self, search: Search, held: dict[str, float]) -> tuple[float, float]:
-        """Best of a grid: for thresholds, limits and clocks, which have no slope."""
+        """Best of a grid: for thresholds, limits and clocks, which have no slope.
+
+        Of clocks, from the quickest on, until one changes twice as much as is left,
+        which gains nothing (Cauchy-Schwarz): a slower one changes no less.
+        """
         if search.stepped:
             return self.threshold(search, held)
         best = (0.0, 0.0)
+        most = 4 * float(self.left @ self.left)
         for x in map(float, search.grid):
             d = self.signal({**held, search.key: x})
             best = max(best, (self.gain(d), x))
+            if search.clocked and d @ d > most:
+                break
             if not (held or search.clocked):
                 self.note(Promise(self.promise(d), search.key, x))
         if search.clocked and best[0] > 0:
