@@ -23,6 +23,7 @@ from rcc_sim.analyse.logcheck.finding import (
     runs,
 )
 from rcc_sim.analyse.logcheck.one_clock import one_clock
+from rcc_sim.analyse.lost_rows import with_lost_rows
 from rcc_sim.analyse.stale import between_updates, refreshed
 from rcc_sim.channel import sensor_noise
 from rcc_sim.definitions.sensors import INERTIAL
@@ -152,6 +153,7 @@ def open_log(
     slow = [f.channel for f in checked.findings if f.kind == "slow_channel"]
     log, held = between_updates(log, slow)
     log, renewed = refreshed(log)
+    log = with_lost_rows(log, vehicle)
     _refuse(log, checked.findings)
     told = [f for f in checked.findings if not turned or f.kind != turned[0].kind]
     own = (*notes, *evened, *rolled, *turned, *held, *renewed)

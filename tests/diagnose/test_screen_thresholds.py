@@ -1,9 +1,8 @@
 """Thresholds are sought where they are most like one that gains."""
 
-from types import SimpleNamespace
-
 import numpy as np
 
+from rcc_sim.diagnose.causes.sought import Search
 from rcc_sim.diagnose.search.screen import Screen
 
 
@@ -30,9 +29,7 @@ class Narrow(Screen):
         return self.promising if abs(d[0] - 48.9) < 10 else 0.0
 
 
-DEAD = SimpleNamespace(
-    key="k", grid=(13.6, 27.2, 40.8, 61.2), stepped=True, clocked=False, neutral=0.0
-)
+DEAD = Search("k", 0.0, 0.0, 100.0, 27.2, grid=(13.6, 27.2, 40.8, 61.2), acts="steps")
 
 
 def test_a_threshold_between_two_that_lose_is_found_from_the_likest():

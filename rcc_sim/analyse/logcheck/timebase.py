@@ -257,11 +257,9 @@ def _gaps(time: Array, keep: Mask, steps: Array, middle: float) -> list[Finding]
     """Return what is lost between rows, and how evenly they come."""
     findings = []
     some = steps[:: max(1, len(steps) // 200_000)]
-    rows_on = np.round(some / middle)
-    even = np.mean((np.abs(some / middle - rows_on) < OFF) & (rows_on > 0)) > EVEN
     apart = doubles_stand_apart(some / middle)
-    if even or apart:
-        some = some[rows_on == 1]  # what is missing makes no row uneven
+    if loses_rows(some / middle):
+        some = some[np.round(some / middle) == 1]  # what is lost makes no row uneven
     low, high = np.quantile(some, [0.1, 0.9])
     jitter = float(high - low) / middle
     if jitter > 0.05:
@@ -279,7 +277,7 @@ def _gaps(time: Array, keep: Mask, steps: Array, middle: float) -> list[Finding]
     if not len(holes):
         return findings
     rows = np.flatnonzero(keep)
-    paused = steps[holes] > max(PAUSE, GRAVE * middle)
+    paused = may_be_a_pause(steps[holes], middle)
     if paused.any():
         off = holes[paused]
         findings.append(_pauses(steps[off], _place_of_longest(time, rows, steps, off)))
@@ -288,6 +286,18 @@ def _gaps(time: Array, keep: Mask, steps: Array, middle: float) -> list[Finding]
         place = _place_of_longest(time, rows, steps, lost)
         findings.append(_lost(steps, lost, middle, place))
     return findings
+
+
+def loses_rows(steps: Array) -> bool:
+    """Tell whether steps, in usual ones, are longer where rows were lost."""
+    whole = np.round(steps)
+    even = np.mean((np.abs(steps - whole) < OFF) & (whole > 0)) > EVEN
+    return bool(even or doubles_stand_apart(steps))
+
+
+def may_be_a_pause(steps: Array, usual: float) -> Mask:
+    """Tell which steps of a clock are too long for rows that were lost. [s]"""
+    return np.asarray(steps > max(PAUSE, GRAVE * usual))
 
 
 def doubles_stand_apart(steps: Array) -> bool:

@@ -34,7 +34,7 @@ TICK, FINER = 0.001, 9
 """Step [s], and steps to each side, by which a clock's period is found finer."""
 
 CLOSER = 1.25, 1.12, 1.06, 1.03
-"""Factors by which a threshold is found finer, one after the other."""
+"""Factors by which what is found on a grid is found finer, one after the other."""
 
 ANOTHER = 5.0
 """Nats that one more figure of an effect must gain to join the others."""
@@ -215,7 +215,9 @@ class Screen:
         """Best of a grid: for thresholds, limits and clocks, which have no slope.
 
         Of clocks, from the quickest on, until one changes twice as much as is left,
-        which gains nothing (Cauchy-Schwarz): a slower one changes no less.
+        which gains nothing (Cauchy-Schwarz): a slower one changes no less. About what
+        gains enough others are tried, ever closer: a delay beside commands that jump
+        lies in a hollow of its own, out of which no slope leads.
         """
         if search.stepped:
             return self.threshold(search, held)
@@ -231,6 +233,8 @@ class Screen:
         if search.clocked and best[0] > 0:
             near = best[1] + TICK * np.arange(-FINER, FINER + 1)
             best = max(best, self.best_of(search.key, near[near > 0], held))
+        elif best[0] > ENOUGH:
+            best = self.closer(best, search, held)
         return best
 
     def threshold(self, search: Search, held: dict[str, float]) -> tuple[float, float]:
@@ -249,8 +253,15 @@ class Screen:
             if promise <= ENOUGH:
                 return 0.0, 0.0
             best = (gain, x)
+        return self.closer(best, search, held)
+
+    def closer(
+        self, best: tuple[float, float], search: Search, held: dict[str, float]
+    ) -> tuple[float, float]:
+        """Best strength about the best of a grid, ever closer to it."""
         for apart in CLOSER:
             near = best[1] * np.array([1 / apart, apart])
+            near = near[(near >= search.low) & (near <= search.high)]
             best = max(best, self.best_of(search.key, near, held))
         return best
 
