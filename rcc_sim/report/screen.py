@@ -38,6 +38,7 @@ from rcc_sim.report.verdict import (
     is_at_bound,
     judged,
     off_by,
+    takes_it_up,
     these,
     unaccounted,
 )
@@ -217,7 +218,8 @@ def _verdict(found: Diagnosis) -> str:
     if found.status == "no_gap" and abs(sds) >= DOUBTFUL:
         told += f", with {key} {off_by(sds)}"
     if found.status == "no_gap" and False in energies:
-        told = told.replace("no gap", "no cause: no gap row by row") + f"; {RARE}"
+        told = told.replace("no gap", "no cause: no gap row by row")
+        told += f"; {takes_it_up(key) if key and found.closes else RARE}"
     elif found.status != "no_gap" and all(energies):
         told += "; the course of the signals shows it, their energy alone would not"
     least = min((a.probability for a in found.asserted), default=1.0)

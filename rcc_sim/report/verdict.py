@@ -54,9 +54,10 @@ def verdict_of(diagnosis: Mapping[str, Any]) -> str:
         place = judged(names, energy.get("measured_wh"))
         both = "the noise and the vehicle file's stated doubt"
         if energy.get("within") is False:
-            taken = "the stated figures take it up as moved; one more drive tells"
-            if not closes(diagnosis.get("shrink") or {}):
-                taken = "nothing that was asked takes it up; one more drive tells"
+            key = next(iter(diagnosis.get("moved") or {}), "")
+            taken = "nothing that was asked takes it up; one more drive tells"
+            if closes(diagnosis.get("shrink") or {}):
+                taken = takes_it_up(key)
             parts = [f"no gap{place} beyond {both}, row by row", told, taken]
         else:
             doubt = "doubt" if told else both
@@ -89,6 +90,16 @@ def verdict_of(diagnosis: Mapping[str, Any]) -> str:
     sentence = "; ".join(part for part in parts if part)
     end = "" if sentence.endswith("?") else "."
     return sentence[:1].upper() + sentence[1:] + end if sentence else ""
+
+
+def takes_it_up(key: str) -> str:
+    """Return what is said of an energy gap that stated figures close, one the most.
+
+    They do so within what is stated of them all: a second drive says the same, and what
+    their sds allow is no cause.
+    """
+    which = f"as moved, {key} the most: measure it" if key else "together: measure them"
+    return f"stated figures take the energy up {which}, or state a smaller sd"
 
 
 def closes(shrink: Mapping[str, Any]) -> bool:

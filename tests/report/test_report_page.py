@@ -214,7 +214,7 @@ def test_no_gap_where_no_energy_was_measured_says_what_was_judged():
     assert verdict.startswith("No gap beyond") and "no energy" not in verdict
     where["energy"] = {"measured_wh": 2.0, "simulated_wh": 1.5, "within": False}
     verdict = verdict_of({"status": "no_gap", "where": where})
-    assert "row by row" in verdict and "the stated figures take it up" in verdict
+    assert "row by row" in verdict and "stated figures take the energy up" in verdict
 
 
 def test_gap_alone_has_a_verdict_and_its_place(report):

@@ -11,7 +11,9 @@ from rcc_sim.diagnose.residuals.lateness import clear_delay
 from rcc_sim.diagnose.residuals.problem import Problem
 from rcc_sim.diagnose.residuals.shapes import BEYOND_SHAFT
 from rcc_sim.diagnose.residuals.sizes import (
+    LIMITED,
     lost_at_stops,
+    reached,
     size_of,
     small_changes,
     stiffest,
@@ -199,6 +201,7 @@ def is_factor(param: Param) -> bool:
 def bounds_in(problem: Problem, param: Param) -> tuple[float, float]:
     """Return between which a figure is sought in a log, whatever is stated of it."""
     low, high = param.bounds if param.acts == "slip" else param.search
+    low = max(low, reached(problem, param.sought.of))
     if param.sought.limits:
         per, (least, most) = size_of(problem, param.sought.of), param.sought.limits
         low, high = max(low, per * least), min(high, per * most)
@@ -223,6 +226,8 @@ def strengths_in(
         return tuple(x for x in grid if x >= low) or (low,)
     if param.acts == "slip" and problem.drive.imposed:
         return tuple(x for x in grid if x < high) or (high,)
+    if param.sought.of in LIMITED:
+        return tuple(x for x in grid if x > low) or (low,)
     return grid
 
 

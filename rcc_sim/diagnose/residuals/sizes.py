@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from rcc_sim.channel import sensor_noise
 from rcc_sim.diagnose.residuals.problem import Problem
 from rcc_sim.simulate.replay import RECALLS
 from rcc_sim.units import RHO_AIR, G
@@ -15,6 +16,17 @@ none. One of a row was named where a cycle was driven corner by corner."""
 LATE = 0.25
 """Share of the time in which the model comes to the measured speed by which that must
 be late to be told, where commands drive: less is like any error of when they act."""
+
+LIMITED = {
+    "motor_current": ("motor_current_a", 1.0),
+    "braking_current": ("motor_current_a", -1.0),
+    "braking_torque": ("motor_torque_nm", -1.0),
+}
+"""What a limit may be of: its column, and the sign of what it limits there."""
+
+SEVERAL, SURELY = 10, 0.9
+"""Rows in which a current must be above a limit for that to be none; and share of what
+a meter reads that surely flowed."""
 
 SHORTEST_CLOCK, ANGLE = 0.01, 0.1
 """Shortest time between two orders that a log may tell [s]; and the angle of the wheels
@@ -42,12 +54,8 @@ def size_of(problem: Problem, of: str) -> float:
             return float(np.nanmax(drive["motor_speed_radps"]))
         case "steering":
             return float(np.nanmax(np.abs(problem.log["steer_cmd_rad"]))) or ANGLE
-        case "motor_current":
-            return most_asked(problem, "motor_current_a", 1.0)
-        case "braking_current":
-            return most_asked(problem, "motor_current_a", -1.0)
-        case "braking_torque":
-            return most_asked(problem, "motor_torque_nm", -1.0)
+        case "motor_current" | "braking_current" | "braking_torque":
+            return most_asked(problem, *LIMITED[of])
     return 1.0
 
 
@@ -73,6 +81,24 @@ def small_changes(problem: Problem) -> dict[str, float]:
     if volts is not None and np.isfinite(volts).any():
         sizes["Ω"] = 0.01 * float(np.nanmax(volts)) ** 2 / (100 * power)
     return sizes
+
+
+def reached(problem: Problem, of: str) -> float:
+    """Return what a motor's current or torque surely reached, below which no limit is.
+
+    In ``SEVERAL`` rows, each between two that reached it as well, beyond their noise
+    and what a meter may read too much; 0 where the log does not tell.
+    """
+    if of not in LIMITED:
+        return 0.0
+    column, sign = LIMITED[of]
+    seen = sign * problem.log.columns.get(column, np.zeros(0))
+    known = seen[np.isfinite(seen)]
+    if len(known) < 3 * SEVERAL:
+        return 0.0
+    steady = np.min([known[:-2], known[1:-1], known[2:]], axis=0)
+    most = float(np.partition(steady, -SEVERAL)[-SEVERAL])
+    return max(SURELY * (most - 2.0 * sensor_noise(known)), 0.0)
 
 
 def most_asked(problem: Problem, column: str, sign: float) -> float:
