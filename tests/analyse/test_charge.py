@@ -99,10 +99,11 @@ def test_a_speed_that_was_held_is_left_out_where_it_repeats():
     assert found.kind == "held"
 
 
-def test_channels_of_one_slow_message_are_known_where_it_came():
+@pytest.mark.parametrize("every", [2, 4, 10])
+def test_channels_of_one_slow_message_are_known_where_it_came(every):
     rng = np.random.default_rng(4)
-    came = np.arange(0, 2000, 10)
-    last = np.repeat(came, 10)
+    came = np.arange(0, 2000, every)
+    last = np.repeat(came, every)
     message = {
         "yaw_rate_radps": rng.normal(size=2000),
         "accel_x_mps2": rng.normal(size=2000),
