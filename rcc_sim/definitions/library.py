@@ -293,8 +293,10 @@ def _existing(path: Path) -> Path:
         raise InputError(f"{path}: should be a file: it is a folder")
     if not path.exists():
         from difflib import get_close_matches
+        from glob import escape
 
-        beside = [p.name for p in path.parent.glob(f"*{path.suffix}")]
+        alike = path.parent.glob(f"*{escape(path.suffix)}")
+        beside = [p.name for p in alike]
         close = get_close_matches(path.name, beside, n=1)
         near = [path.with_name(name) for name in close]
         if path.parent == Path() and not near:

@@ -320,7 +320,7 @@ def test_words_make_a_cycle_of_their_length(spec, duration):
     [
         *("", " ", "+", "udds+", "udds[20]", "udds[a:b]", "udds[1:2:3]", "udds]"),
         *("udds*", "udds*2.5", "3*udds", "[1:2]", "udds[5:1]", "udds[nan:3]"),
-        *("udds*0", "-+-"),
+        *("udds*0", "-+-", "/0.**", "udds.[", "udds.*"),
     ],
 )
 def test_words_without_sense_are_an_input_error(spec):
