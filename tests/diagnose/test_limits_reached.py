@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from rcc_sim.definitions.vehicle import load_vehicle
@@ -10,6 +9,7 @@ from rcc_sim.diagnose.causes.sought import search_of
 from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.residuals.sizes import LIMITED, reached
 from rcc_sim.physics.effects.current_limit import EFFECT as LIMIT
+from rcc_sim.physics.effects.headwind import EFFECT as WIND
 from rcc_sim.trace import Trace
 from tests import one_loop
 
@@ -49,10 +49,14 @@ def test_no_lesser_limit_is_sought():
     assert search.grid and min(search.grid) >= most
 
 
-@pytest.mark.parametrize("of", [*LIMITED, "mass"])
+def test_what_is_no_limit_is_sought_below_nil_as_well():
+    search = search_of(problem(CAR), WIND, WIND.params[0])
+    assert search.low < 0.0 < search.high
+
+
+@pytest.mark.parametrize("of", LIMITED)
 def test_a_log_without_the_channel_tells_of_none(of):
     one = problem(CAR)
     kept = {c: x for c, x in one.log.columns.items() if "motor" not in c}
     bare = replace(one, log=Trace(kept, name="log"))
     assert reached(bare, of) == 0.0
-    assert np.isfinite(reached(one, of))

@@ -201,7 +201,8 @@ def is_factor(param: Param) -> bool:
 def bounds_in(problem: Problem, param: Param) -> tuple[float, float]:
     """Return between which a figure is sought in a log, whatever is stated of it."""
     low, high = param.bounds if param.acts == "slip" else param.search
-    low = max(low, reached(problem, param.sought.of))
+    if param.sought.of in LIMITED:
+        low = max(low, reached(problem, param.sought.of))
     if param.sought.limits:
         per, (least, most) = size_of(problem, param.sought.of), param.sought.limits
         low, high = max(low, per * least), min(high, per * most)

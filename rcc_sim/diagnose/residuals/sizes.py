@@ -89,8 +89,6 @@ def reached(problem: Problem, of: str) -> float:
     In ``SEVERAL`` rows, each between two that reached it as well, beyond their noise
     and what a meter may read too much; 0 where the log does not tell.
     """
-    if of not in LIMITED:
-        return 0.0
     column, sign = LIMITED[of]
     seen = sign * problem.log.columns.get(column, np.zeros(0))
     known = seen[np.isfinite(seen)]
