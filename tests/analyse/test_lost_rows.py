@@ -62,6 +62,13 @@ def test_a_loop_that_runs_late_has_lost_none(jitter):
     assert with_lost_rows(log, CAR) is log
 
 
+def test_a_logger_that_writes_what_changes_has_lost_none():
+    rng = np.random.default_rng(1)
+    kept = np.cumsum(1 + (rng.random(400) < 0.2) * rng.integers(1, 4, 400))
+    _, log = without(np.setdiff1d(np.arange(600), kept[kept < 600]))
+    assert with_lost_rows(log, CAR) is log
+
+
 def test_neither_a_pause_nor_a_drive_without_commands_is_filled():
     paused = {**SENT, "time_s": TIME + 100.0 * (TIME > 10.0)}
     assert len(with_lost_rows(Trace(paused, name="log"), CAR)) == len(TIME)

@@ -217,7 +217,8 @@ class Screen:
         Of clocks, from the quickest on, until one changes twice as much as is left,
         which gains nothing (Cauchy-Schwarz): a slower one changes no less. About what
         gains enough others are tried, ever closer: a delay beside commands that jump
-        lies in a hollow of its own, out of which no slope leads.
+        lies in a hollow of its own, out of which no slope leads. Not so of readings,
+        which a part of a row makes smoother, and likelier so.
         """
         if search.stepped:
             return self.threshold(search, held)
@@ -233,7 +234,7 @@ class Screen:
         if search.clocked and best[0] > 0:
             near = best[1] + TICK * np.arange(-FINER, FINER + 1)
             best = max(best, self.best_of(search.key, near[near > 0], held))
-        elif best[0] > ENOUGH:
+        elif best[0] > ENOUGH and search.acts != "rows":
             best = self.closer(best, search, held)
         return best
 
@@ -261,8 +262,8 @@ class Screen:
         """Best strength about the best of a grid, ever closer to it."""
         for apart in CLOSER:
             near = best[1] * np.array([1 / apart, apart])
-            near = near[(near >= search.low) & (near <= search.high)]
-            best = max(best, self.best_of(search.key, near, held))
+            inside = (near >= search.low) & (near <= search.high) & (near != best[1])
+            best = max(best, self.best_of(search.key, near[inside], held))
         return best
 
     def note(self, one: Promise) -> None:
