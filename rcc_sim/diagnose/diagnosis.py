@@ -220,21 +220,16 @@ class Diagnosis:
         return not self.kept_back and any(a.cause.profiles for a in self.asserted)
 
     @property
-    def closes(self) -> bool:
-        """Whether an energy gap is gone where no fit saw."""
-        before, after = self.proof.before, self.proof.after
-        return before is not None and not stays_off(before, after, doubtless=True)
-
-    @property
     def taken_up(self) -> bool:
         """Whether stated figures, as they moved, close a gap that is no cause's.
 
         Their sds allow it to the fit; to the energy all of them together do not. What
         is farther off than tolerances may explain takes up nothing.
         """
-        if self.status != "unexplained" or self.left.is_real:
+        before, after = self.proof.before, self.proof.after
+        if self.status != "unexplained" or self.left.is_real or before is None:
             return False
-        closed = self.closes
+        closed = not stays_off(before, after, doubtless=True)
         closed &= self.proof.shrink.explained >= 1 - SHRUNK
         far = farthest(self.moved, self.moved_together)
         return closed and bool(self.moved) and far <= TOLERATED

@@ -35,6 +35,7 @@ from rcc_sim.report.verdict import (
     DOUBTFUL,
     OTHER,
     TAKEN_UP,
+    closes,
     is_at_bound,
     judged,
     off_by,
@@ -219,7 +220,8 @@ def _verdict(found: Diagnosis) -> str:
         told += f", with {key} {off_by(sds)}"
     if found.status == "no_gap" and False in energies:
         told = told.replace("no gap", "no cause: no gap row by row")
-        told += f"; {takes_it_up(key) if key and found.closes else RARE}"
+        closed = key and closes(found.proof.before, found.proof.after)
+        told += f"; {takes_it_up(key) if closed else RARE}"
     elif found.status != "no_gap" and all(energies):
         told += "; the course of the signals shows it, their energy alone would not"
     least = min((a.probability for a in found.asserted), default=1.0)

@@ -56,7 +56,9 @@ def verdict_of(diagnosis: Mapping[str, Any]) -> str:
         if energy.get("within") is False:
             key = next(iter(diagnosis.get("moved") or {}), "")
             taken = "nothing that was asked takes it up; one more drive tells"
-            if closes(diagnosis.get("shrink") or {}):
+            there = diagnosis.get("shrink") or {}
+            ends = (there.get(f"energy_gap_percent_{x}") for x in ("before", "after"))
+            if closes(*ends):
                 taken = takes_it_up(key)
             parts = [f"no gap{place} beyond {both}, row by row", told, taken]
         else:
@@ -102,10 +104,8 @@ def takes_it_up(key: str) -> str:
     return f"stated figures take the energy up {which}, or state a smaller sd"
 
 
-def closes(shrink: Mapping[str, Any]) -> bool:
-    """Tell whether an energy gap is gone where no fit saw, or none is known there."""
-    before = shrink.get("energy_gap_percent_before")
-    after = shrink.get("energy_gap_percent_after")
+def closes(before: float | None, after: float | None) -> bool:
+    """Tell whether an energy gap [%] is gone where no fit saw, or none is known."""
     return (
         before is None or after is None or not stays_off(before, after, doubtless=True)
     )
