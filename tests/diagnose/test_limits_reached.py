@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from rcc_sim.definitions.vehicle import load_vehicle
@@ -10,6 +11,7 @@ from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.residuals.sizes import LIMITED, reached
 from rcc_sim.physics.effects.current_limit import EFFECT as LIMIT
 from rcc_sim.physics.effects.headwind import EFFECT as WIND
+from rcc_sim.physics.effects.regeneration_limit import EFFECT as BRAKING
 from rcc_sim.trace import Trace
 from tests import one_loop
 
@@ -52,6 +54,14 @@ def test_no_lesser_limit_is_sought():
 def test_what_is_no_limit_is_sought_below_nil_as_well():
     search = search_of(problem(CAR), WIND, WIND.params[0])
     assert search.low < 0.0 < search.high
+
+
+def test_where_nothing_flowed_none_at_all_is_tried():
+    """A scaled car may give nothing back where its file lets it: nil is to be tried."""
+    free = CAR.changed(settings={"effects.regeneration_limit.max_current_a": 50.0})
+    one = replace(problem(CAR, lambda i: np.maximum(i, 0.0)), vehicle=free)
+    assert reached(one, "braking_current") == 0.0
+    assert 0.0 in search_of(one, BRAKING, BRAKING.params[0]).grid
 
 
 @pytest.mark.parametrize("of", LIMITED)

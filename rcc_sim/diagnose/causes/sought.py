@@ -223,12 +223,11 @@ def strengths_in(
 ) -> tuple[float, ...]:
     """Return the strengths that are all tried within bounds; none: it has a slope."""
     grid = grid_of(problem, param)
-    if param.acts == "rows" and param.sought.limits:
+    late = param.acts == "rows" and param.sought.limits
+    if late or (grid and param.sought.of in LIMITED):
         return tuple(x for x in grid if x >= low) or (low,)
     if param.acts == "slip" and problem.drive.imposed:
         return tuple(x for x in grid if x < high) or (high,)
-    if param.sought.of in LIMITED:
-        return tuple(x for x in grid if x > low) or (low,)
     return grid
 
 
