@@ -34,12 +34,11 @@ def with_lost_rows(log: Trace, vehicle: Vehicle) -> Trace:
     if not has_commands(log, vehicle) or len(log) < 2:
         return log
     time = log["time_s"]
-    row = interval_of(time)
-    steps = np.diff(time) / row
-    whole = np.round(steps)
-    lost = (whole > 1) & (np.abs(steps - whole) < NEAR)
-    lost &= ~may_be_a_pause(np.diff(time), row)
-    if not 0 < np.mean(lost) < SELDOM or not loses_rows(steps):
+    row, steps = interval_of(time), np.diff(time)
+    whole = np.round(steps / row)
+    lost = (whole > 1) & (np.abs(steps / row - whole) < NEAR)
+    lost &= ~may_be_a_pause(steps, row)
+    if not 0 < np.mean(lost) < SELDOM or not loses_rows(steps / row):
         return log
     each = np.where(lost, whole, 1.0).astype(int)
     first = np.concatenate([[0], np.cumsum(each)])  # where the rows that came stand now

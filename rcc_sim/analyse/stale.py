@@ -23,8 +23,8 @@ OFTEN = 0.1
 FEWEST = 20
 """Rows of a speed, held ones and such as change, below which no habit is told."""
 
-SELDOM = 0.55
-"""Share of all rows at which a clock strikes at most: every other, and some early."""
+EVERY_OTHER = 0.55
+"""Share of all rows at which a clock strikes at most, some early."""
 
 TOGETHER = 0.9
 """Share of a channel's changes on a clock's rows from which it goes by that clock."""
@@ -60,7 +60,7 @@ def between_updates(
         for other in seldom:
             if other == name or _share(changes, moves[other]) >= TOGETHER:
                 clock |= moves[other]
-        if clock.mean() <= SELDOM and _share(changes, clock) >= TOGETHER:
+        if clock.mean() <= EVERY_OTHER and _share(changes, clock) >= TOGETHER:
             came = clock | changes
             every = round(float(np.median(np.diff(np.flatnonzero(came)))))
             columns[name] = np.where(_again(came, every), given[name], np.nan)

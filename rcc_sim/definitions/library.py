@@ -295,8 +295,7 @@ def _existing(path: Path) -> Path:
         from difflib import get_close_matches
         from glob import escape
 
-        alike = path.parent.glob(f"*{escape(path.suffix)}")
-        beside = [p.name for p in alike]
+        beside = [p.name for p in path.parent.glob(f"*{escape(path.suffix)}")]
         close = get_close_matches(path.name, beside, n=1)
         near = [path.with_name(name) for name in close]
         if path.parent == Path() and not near:

@@ -57,8 +57,8 @@ def verdict_of(diagnosis: Mapping[str, Any]) -> str:
             key = next(iter(diagnosis.get("moved") or {}), "")
             taken = "nothing that was asked takes it up; one more drive tells"
             there = diagnosis.get("shrink") or {}
-            ends = (there.get(f"energy_gap_percent_{x}") for x in ("before", "after"))
-            if closes(*ends):
+            before = there.get("energy_gap_percent_before")
+            if closes(before, there.get("energy_gap_percent_after")):
                 taken = takes_it_up(key)
             parts = [f"no gap{place} beyond {both}, row by row", told, taken]
         else:

@@ -257,8 +257,8 @@ def _gaps(time: Array, keep: Mask, steps: Array, middle: float) -> list[Finding]
     """Return what is lost between rows, and how evenly they come."""
     findings = []
     some = steps[:: max(1, len(steps) // 200_000)]
-    apart = doubles_stand_apart(some / middle)
-    if loses_rows(some / middle):
+    loses = loses_rows(some / middle)
+    if loses:
         some = some[np.round(some / middle) == 1]  # what is lost makes no row uneven
     low, high = np.quantile(some, [0.1, 0.9])
     jitter = float(high - low) / middle
@@ -272,7 +272,7 @@ def _gaps(time: Array, keep: Mask, steps: Array, middle: float) -> list[Finding]
                 severity="warning" if jitter > 3 else "info",
             )
         )
-    wide = 1.6 * middle if apart or jitter < 0.3 else 3 * float(high)
+    wide = 1.6 * middle if loses or jitter < 0.3 else 3 * float(high)
     holes = np.flatnonzero(steps > wide)
     if not len(holes):
         return findings

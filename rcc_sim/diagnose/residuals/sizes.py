@@ -54,7 +54,7 @@ def size_of(problem: Problem, of: str) -> float:
             return float(np.nanmax(drive["motor_speed_radps"]))
         case "steering":
             return float(np.nanmax(np.abs(problem.log["steer_cmd_rad"]))) or ANGLE
-        case "motor_current" | "braking_current" | "braking_torque":
+        case _ if of in LIMITED:
             return most_asked(problem, *LIMITED[of])
     return 1.0
 

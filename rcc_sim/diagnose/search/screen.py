@@ -223,11 +223,10 @@ class Screen:
         if search.stepped:
             return self.threshold(search, held)
         best = (0.0, 0.0)
-        most = 4 * float(self.left @ self.left)
         for x in map(float, search.grid):
             d = self.signal({**held, search.key: x})
             best = max(best, (self.gain(d), x))
-            if search.clocked and d @ d > most:
+            if search.clocked and d @ d > 4 * (self.left @ self.left):
                 break
             if not (held or search.clocked):
                 self.note(Promise(self.promise(d), search.key, x))
