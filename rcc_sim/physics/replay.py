@@ -11,7 +11,6 @@ from rcc_sim.jit import jit
 from rcc_sim.physics.control import most_current, speed_loop
 from rcc_sim.physics.effects.actuation_delay import command_of
 from rcc_sim.physics.effects.motor_efficiency import ETA_MIN
-from rcc_sim.physics.effects.rotor_inertia import reflected_mass
 from rcc_sim.physics.effects.speed_dead_zone import commands_nothing
 from rcc_sim.physics.effects.steering_delay import delayed
 from rcc_sim.physics.logged_steering import enter_cell, steering_at
@@ -95,17 +94,15 @@ def recall(p, c, s, u, row, w, v, i_q, span, recall_v, recall_i, hold):
 
     v [m/s], beside the model's w when it was so, and i_q [A] are NaN where they were
     not measured. The integral is drawn only while the loop is free, that is at none of
-    its limits. Where it is not, the speed is drawn by a share ``hold`` as hard as the
-    loop would hold it besides (``stiffness``): a rough road then moves it as
-    far. That is not within a few ``ROWS``, where it would follow their noise.
+    its limits. Where it is not, the speed is drawn at a rate ``hold`` [1/s] besides, as
+    the loop would hold it (``stiffness``): a rough road then moves it as far. That is
+    not within a few ``ROWS``, where it would follow their noise.
     """
     free, rate = 0.0, 1.0 / recall_v
     if p.control.mode == SPEED:
         free = freedom(p, c, u, c.n * s.w, row)
-        M = c.m + reflected_mass(c.J, c.n)
-        loop = stiffness(p.control.K_p, c.K_t, c.n * c.n_file, M)
         if rate > 0.0:
-            held = rate + hold * (1.0 - free) * loop
+            held = rate + hold * (1.0 - free)
             rate = max(rate, min(held, 1.0 / (ROWS * span)))
     if v == v:
         share = 1.0 - math.exp(-span * rate)
@@ -127,9 +124,9 @@ def run_replayed(
     slope over distance, maps and lines as in ``run_commanded``. Means are over
     ``windows`` [s] before each row, of flows and of accelerations, which are no longer
     than those. ``recalls`` holds the times [s] in which state and measurement come
-    together (speed, integral; infinite: never), by what share of its loop's stiffness
-    the speed does besides, where no loop holds it, and how long before each row the
-    speed was what it then holds.
+    together (speed, integral; infinite: never), the rate [1/s] at which the speed does
+    besides, where no loop holds it, and how long before each row the speed was what it
+    then holds.
     """
     p = P[0]
     c, s, u, f, flow = work[0][0], work[1][0], work[2][0], work[3][0], work[4][0]

@@ -15,12 +15,10 @@ from rcc_sim.analyse.gap_stages import untorqued
 from rcc_sim.analyse.heading import TURN_RATE, measured_turn
 from rcc_sim.analyse.sampled import drive_as_sampled
 from rcc_sim.channel import is_nil, is_rough, sensor_noise
-from rcc_sim.definitions.kernel import motor_torque_constant
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.residuals.beside_motor import MOTOR, drawn_by_motor
 from rcc_sim.diagnose.residuals.problem import Problem
 from rcc_sim.diagnose.residuals.terminals import CURRENT, POWER
-from rcc_sim.physics.replay import stiffness
 from rcc_sim.simulate.drive import Drive
 from rcc_sim.simulate.replay import RECALLS, replay
 from rcc_sim.simulate.smooth import jerk_of, smooth_speed
@@ -153,13 +151,10 @@ def held_by(problem: Problem, noise: Mapping[str, float]) -> float:
     """
     vehicle, control = problem.vehicle, problem.vehicle.controller
     gain = control.proportional_gain_as_per_rad if control else None
-    K_t = motor_torque_constant(vehicle)
-    if gain is None or K_t is None:
+    if gain is None or not problem.held:
         return 1.0
-    n = vehicle.rad_per_m
-    rate = stiffness(gain.value, K_t, n**2, vehicle.body.mass_kg.value)
-    made = gain.value * n * sensor_noise(problem.log["speed_mps"])
-    made *= float(np.sqrt(rate * problem.row / 2))
+    made = gain.value * vehicle.rad_per_m * sensor_noise(problem.log["speed_mps"])
+    made *= float(np.sqrt(problem.held * problem.row / 2))
     per = {MOTOR: 1.0} | {
         c: float(np.nanmax(drawn_by_motor(vehicle, problem.nominal, c)))
         for c in (CURRENT, POWER)

@@ -32,7 +32,7 @@ from rcc_sim.diagnose.residuals.terminals import (
 )
 from rcc_sim.physics.effects import neutral_of
 from rcc_sim.simulate.drive import Drive, is_surveyed
-from rcc_sim.simulate.replay import FREE, RECALLS, Recalls, replay
+from rcc_sim.simulate.replay import FREE, RECALLS, Recalls, held_at, replay
 from rcc_sim.trace import Trace, integral_of
 
 Array = NDArray[np.float64]
@@ -131,6 +131,14 @@ class Problem:
         return interval_of(self.log["time_s"])
 
     @cached_property
+    def held(self) -> float:
+        """Rate at which the stated loop holds the speed: no fit may change it. [1/s]
+
+        A loop that is sought softer would let the speed go where nothing holds it.
+        """
+        return held_at(self.vehicle)
+
+    @cached_property
     def nominal(self) -> dict[str, Array]:
         """What the nominal model predicts."""
         return self.predict({})
@@ -159,6 +167,7 @@ class Problem:
             vehicle,
             self.drive,
             recalls,
+            held=self.held,
             coarse=coarse,
             turned=self.turned,
             wheels=own.get(WHEELS, 1.0),
