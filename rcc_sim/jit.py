@@ -23,21 +23,8 @@ F = TypeVar("F", bound=Callable[..., Any])
 KERNELS = ("physics/**/*.py", "blind/plant*.py", "units.py", "jit.py")
 """Files of the package that kernel code, and the constants that it reads, stand in."""
 
-THREADS = 2
-"""Threads of a process that run kernels side by side, unless the user says less."""
-
-
 TELL: list[Callable[[str], None]] = []
 """What is told, once a process, that it has to compile and how long that takes."""
-
-
-def threads() -> int:
-    """Return the threads that a process may use: OMP_NUM_THREADS, at most two.
-
-    Where many processes share the cores, each is told to keep to one.
-    """
-    said = os.environ.get("OMP_NUM_THREADS", "")
-    return min(int(said), THREADS) if said.isdecimal() and int(said) > 0 else THREADS
 
 
 def jit(function: F) -> F:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +10,7 @@ from numpy.typing import NDArray
 
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
-from rcc_sim.jit import threads
+from rcc_sim.side_by_side import in_turn
 from rcc_sim.simulate.drive import Drive
 from rcc_sim.simulate.replay import replay
 
@@ -64,10 +63,9 @@ def predicted(
                 ]
 
     one(pieces[0])
-    with ThreadPoolExecutor(threads()) as pool:
-        for done, _ in enumerate(pool.map(one, pieces[1:]), start=2):
-            if progress is not None:
-                progress(done / len(pieces))
+    for done, _ in enumerate(in_turn(one, pieces[1:]), start=2):
+        if progress is not None:
+            progress(done / len(pieces))
     return whole
 
 
@@ -149,11 +147,10 @@ def tolerances(
         ]
 
     shifts = []
-    with ThreadPoolExecutor(threads()) as pool:
-        for done, shift in enumerate(pool.map(one, figures.items()), start=1):
-            shifts.append(shift)
-            if progress is not None:
-                progress(done / len(figures))
+    for done, shift in enumerate(in_turn(one, [*figures.items()]), start=1):
+        shifts.append(shift)
+        if progress is not None:
+            progress(done / len(figures))
     shape = (len(figures), len(rows))
     moved = {
         c: np.array([s[k] for s in shifts]).reshape(shape) for k, c in enumerate(names)

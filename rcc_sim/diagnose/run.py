@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
@@ -32,7 +31,7 @@ from rcc_sim.diagnose.residuals.terminals import VOLTAGE
 from rcc_sim.diagnose.search.as_sent import as_sent, kept_alike
 from rcc_sim.diagnose.search.compete import compete
 from rcc_sim.errors import InputError
-from rcc_sim.jit import threads
+from rcc_sim.side_by_side import CREW
 from rcc_sim.trace import Trace
 
 R = TypeVar("R")
@@ -152,16 +151,11 @@ def beside(tasks: Iterable[Callable[[], R]]) -> Iterator[list[R]]:
     What goes wrong in them comes first.
     """
     results: list[R] = []
-    if threads() < 2:
-        results += [do() for do in tasks]
+    asked = [CREW.begin(do) for do in tasks]
+    try:
         yield results
-        return
-    with ThreadPoolExecutor(1) as other:
-        asked = [other.submit(do) for do in tasks]
-        try:
-            yield results
-        finally:
-            results += [one.result() for one in asked]
+    finally:
+        results += [CREW.end(one) for one in asked]
 
 
 def farthest_off(gaps: Sequence[Gap]) -> int:

@@ -85,7 +85,7 @@ class Jumpy(Engine):
     """Residuals of one row more jump wherever a figure passes a hundredth."""
 
     def __init__(self, jumps: float) -> None:
-        self.pool, self.jumps = None, jumps
+        self.jumps = jumps
         self.noise = [Whitener(np.ones(400), np.zeros(0), [], 1.0, np.ones(400, bool))]
 
     def residuals(self, values: dict[str, float], coarse: bool = False) -> list:

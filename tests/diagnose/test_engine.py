@@ -1,7 +1,5 @@
 """What the fit does with figures that do not act smoothly."""
 
-from concurrent.futures import ThreadPoolExecutor
-
 import numpy as np
 import pytest
 from scipy.optimize import minimize
@@ -26,7 +24,6 @@ from rcc_sim.errors import InputError
 @pytest.mark.parametrize("x", [0.52, 8.98], ids=["inside", "beside its bound"])
 def test_a_figure_that_acts_in_steps_has_a_slope_all_the_same(x):
     engine = object.__new__(Engine)  # without a log
-    engine.pool = None
     engine.residuals = lambda values, coarse=False: [
         -np.round(values["x"], 1) * np.arange(1.0, 9.0)
     ]
@@ -43,7 +40,6 @@ def test_a_step_stays_between_narrow_bounds():
         return [np.zeros(3)]
 
     engine = object.__new__(Engine)
-    engine.pool = None
     engine.residuals = residuals
     ((signal,),) = engine.signals({"x": 1.0}, [Knob("x", 1.0, low=1.0, high=1.05)])
     assert not signal.any()
@@ -57,7 +53,6 @@ def test_a_slope_is_found_beside_figures_that_no_vehicle_has():
         return [-3.0 * values["x"] * np.ones(4)]
 
     engine = object.__new__(Engine)
-    engine.pool = None
     engine.residuals = residuals
     ((signal,),) = engine.signals({"x": 1.0}, [Knob("x", 0.5, sd=0.1)])
     np.testing.assert_allclose(signal, -3.0)
@@ -70,7 +65,6 @@ def bumpy(kinks):
     seen = 2.0 * t + 0.1 * rng.normal(size=len(t))
     engine = object.__new__(Engine)
     engine.problems, engine.tracks = (), [(0, "seen")]
-    engine.pool = ThreadPoolExecutor(1)
     engine.valid = [np.ones(len(t), dtype=bool)]
     engine.grows_with, engine.edges, engine.least = [[]], [[]], [0.0]
     engine.memory = [None]

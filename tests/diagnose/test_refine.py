@@ -1,6 +1,5 @@
 """Candidates that stand behind tolerances which were pulled far."""
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -29,7 +28,6 @@ def engine():
     seen = np.exp(-1.5 * t) + NOISE * rng.normal(size=len(t))
     engine = object.__new__(Engine)  # without a log
     engine.problems = ()
-    engine.pool = ThreadPoolExecutor(1)
     engine.tracks = [(0, "seen")]
     engine.valid = [np.ones(len(t), dtype=bool)]
     engine.grows_with, engine.edges, engine.least = [[]], [[]], [0.0]

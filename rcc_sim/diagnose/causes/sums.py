@@ -13,6 +13,7 @@ from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.fitting.knobs import Knob
+from rcc_sim.side_by_side import each
 from rcc_sim.units import unit_of
 
 FORCES = {"N": 0, "N s/m": 1, "N s²/m²": 2}
@@ -58,7 +59,7 @@ def with_all_figures(
     free = [*(k for k in fit.knobs if k.key not in more), *more.values()]
     neutral = {k.key: k.value for k in more.values()}
     starts = [neutral | fit.values] if more else []  # else they are free, and fitted
-    tried = engine.each(
+    tried = each(
         lambda start: descent.fit(engine, start, free), [*starts, fit.values | even]
     )
     return out, max(tried if more else [fit, *tried], key=lambda f: f.score)

@@ -13,6 +13,7 @@ from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import FIRM, Fit, Tangent, of_unit_diagonal
 from rcc_sim.diagnose.fitting.knobs import Knob, nuisance_knobs, starts_of
 from rcc_sim.diagnose.noise.whitener import Whitener, curvature, weights
+from rcc_sim.side_by_side import each, first
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -185,7 +186,7 @@ def slopes(
         return product
 
     middle = len(w) // 2
-    H = sum(engine.each(of_half, [slice(middle), slice(middle, None)]))
+    H = sum(each(of_half, [slice(middle), slice(middle, None)]))
     H = curvature(W) * H + np.diag(1 / now.prior_sd**2)
     return H, A.T @ (W * w) + now.off / now.prior_sd**2
 
@@ -231,7 +232,7 @@ def line_search(
     long as that gains: rows at which a limit or a tick comes a moment sooner make the
     way look stiffer than it is.
     """
-    share, new = engine.first(
+    share, new = first(
         lambda share: (share, stepped(engine, now, share * step)),
         [s for s in SHORTER if s * (2 - s) * promised > least],
         lambda tried: tried[1] is not None and tried[1].score > now.score,
@@ -288,7 +289,7 @@ def over_steps(
         at = [(1 + share) * now.values[k.key] for share in BESIDE]
         at += [k.value + n * k.sd for n in places] if isfinite(k.sd) else []
         tried += [now.values | {k.key: k.within(x)} for x in at]
-    fits = engine.each(lambda x: engine.at(now, x), tried)
+    fits = each(lambda x: engine.at(now, x), tried)
     best = max(filter(None, fits), key=lambda f: f.score, default=now)
     return now if best.score <= now.score + SETTLED else best
 
@@ -328,7 +329,7 @@ def climbed(engine: Engine, now: Fit, knob: Knob, tried: Iterable[float] = ()) -
     def best_of(xs: Iterable[float], *fits: Fit) -> Fit:
         near = {round(x / row, 6): x for x in xs if x == knob.within(x)}
         new = [place for place in near if place not in known]
-        known.update(zip(new, engine.each(lambda p: held(near[p]), new), strict=True))
+        known.update(zip(new, each(lambda p: held(near[p]), new), strict=True))
         found = [*fits, *filter(None, (known[place] for place in near))]
         return max(found, key=lambda f: f.score, default=now)
 

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from itertools import zip_longest
 from math import inf, isfinite
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,12 +27,10 @@ from rcc_sim.diagnose.noise.whitener import (
 from rcc_sim.diagnose.residuals.problem import MIN_ROWS, Problem
 from rcc_sim.diagnose.residuals.shapes import added_by
 from rcc_sim.errors import InputError
-from rcc_sim.jit import threads
+from rcc_sim.side_by_side import each
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-T = TypeVar("T")
-R = TypeVar("R")
 
 MEMORY = 3.0
 """Time over which the noise may remember, a rough road's above all. [s]"""
@@ -74,8 +69,6 @@ class Engine:
     def __init__(self, problems: Sequence[Problem]) -> None:
         self.problems = tuple(problems)
         self.vehicle = problems[0].vehicle
-        others = threads() - 1
-        self.pool = ThreadPoolExecutor(others) if others else None
         self.tracks = [(i, c) for i, p in enumerate(problems) for c in p.channels]
         self.valid, self.grows_with, self.edges, self.least = [], [], [], []
         self.memory: list[Array | None] = []
@@ -159,7 +152,7 @@ class Engine:
             row = self.problems[self.tracks[i][0]].row
             return at_rest(moving, e, valid, stands, max(ALIKE / row, 1.0))
 
-        return self.each(one, tracks)
+        return each(one, tracks)
 
     def loglik(self, residuals: list[Array], noise: list[Whitener]) -> float:
         """Log-likelihood of residuals."""
@@ -246,7 +239,7 @@ class Engine:
                 return 0.0, []
 
         run = [k for k in knobs if not k.key.startswith(BIAS)]
-        (_, base), *beside = self.each(moved, [None, *run])
+        (_, base), *beside = each(moved, [None, *run])
         first = {k.key: there for k, there in zip(run, beside, strict=True)}
 
         def change(h: float, there: list[Array]) -> list[Array]:
@@ -265,7 +258,7 @@ class Engine:
                 found = change(*moved(k, wider))
             return found
 
-        return self.each(one, knobs)
+        return each(one, knobs)
 
     def aside(
         self, values: dict[str, float], knob: Knob, h: float
@@ -288,45 +281,6 @@ class Engine:
                 raise
             return back - x, self.residuals({**values, knob.key: back}, coarse=True)
 
-    def each(self, do: Callable[[T], R], many: Sequence[T]) -> list[R]:
-        """Do the same with each of many things, side by side.
-
-        Who asks does itself what no other thread has begun, so that none waits for what
-        nobody does: what is done may ask likewise, and finds the threads that are idle.
-        """
-        if len(many) < 2 or self.pool is None:
-            return list(map(do, many))
-        asked = [self.pool.submit(do, one) for one in many]
-        mine = {}
-        try:
-            for i, one in enumerate(many):
-                if asked[i].cancel():
-                    mine[i] = do(one)
-        except BaseException:
-            for other in asked:
-                other.cancel()
-            raise
-        return [mine[i] if i in mine else x.result() for i, x in enumerate(asked)]
-
-    def first(
-        self, do: Callable[[T], R], many: Sequence[T], good: Callable[[R], bool]
-    ) -> R | None:
-        """Return what is made of the first of many things if it is good, else the next.
-
-        None if none is. A thread that is idle works one ahead.
-        """
-        ahead: Future[R] | None = None
-        for one, then in zip_longest(many, many[1:]):
-            asked, ahead = ahead, None
-            if self.pool is not None and then is not None:
-                ahead = self.pool.submit(do, then)
-            made = do(one) if asked is None or asked.cancel() else asked.result()
-            if good(made):
-                if ahead is not None:
-                    ahead.cancel()
-                return made
-        return None
-
     def tangent(
         self, values: dict[str, float], knobs: Sequence[Knob], noise: list[Whitener]
     ) -> Tangent:
@@ -341,7 +295,7 @@ class Engine:
         def one(i: int) -> None:
             white[i] = self.white(J[i], noise)
 
-        self.each(one, range(len(J)))
+        each(one, range(len(J)))
         return Tangent(J, white.T)
 
 

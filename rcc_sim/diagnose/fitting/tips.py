@@ -10,6 +10,7 @@ import numpy as np
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.fitting.knobs import Knob
+from rcc_sim.side_by_side import each
 
 FALLS, DOUBLED = 2.0, 40
 """Nats that a figure must lose, others held, before it is told by what it loses: as two
@@ -44,9 +45,9 @@ def wider_by(engine: Engine, fit: Fit, knob: Knob, sd: float) -> float:
     for _ in range(DOUBLED):
         ends = {knob.within(x - by), knob.within(x + by)} - {x}
         at = [fit.values | {knob.key: end} for end in ends]
-        tried = engine.each(lambda v: engine.at(fit, v), at)
-        each = [fit.score - f.score for f in tried if f is not None]
-        lost.append(float(np.mean(each)) if each else 0.0)
+        tried = each(lambda v: engine.at(fit, v), at)
+        less = [fit.score - f.score for f in tried if f is not None]
+        lost.append(float(np.mean(less)) if less else 0.0)
         beyond, scatter = beyond_tip(lost)
         if beyond >= FALLS:
             told = by * float(np.sqrt((1 + scatter) / (2 * beyond)))

@@ -11,6 +11,7 @@ from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.fitting.knobs import BIAS, Knob
 from rcc_sim.errors import InputError
+from rcc_sim.side_by_side import each
 
 OFF = (-3.0, -2.0, -1.5, -1.0, -0.5, 0.5, 1.0, 1.5, 2.0, 3.0)
 """Standard deviations by which a figure is tried off what is stated."""
@@ -31,7 +32,7 @@ def woken(engine: Engine, null: Fit) -> Fit:
         def one(x: float, key: str = knob.key, base: Fit = null) -> Fit | None:
             return engine.at(base, {**base.values, key: x})
 
-        fits = [f for f in engine.each(one, tried) if f is not None]
+        fits = [f for f in each(one, tried) if f is not None]
         best = max(fits, key=lambda f: f.score, default=null)
         if best.score > null.score + LEAST:
             moved = descent.fit(engine, best.values, null.knobs)
@@ -58,7 +59,7 @@ def within_reach(engine: Engine, fit: Fit) -> list[Knob]:
                 return True
         return False
 
-    told = engine.each(acts, sleeping)
+    told = each(acts, sleeping)
     return [knob for knob, does in zip(sleeping, told, strict=True) if does]
 
 

@@ -37,6 +37,7 @@ from rcc_sim.diagnose.fitting.knobs import BIAS, Knob
 from rcc_sim.diagnose.noise.kernel import FREEDOM
 from rcc_sim.diagnose.noise.whitener import weights
 from rcc_sim.errors import InputError
+from rcc_sim.side_by_side import each
 
 Array = NDArray[np.float64]
 Places = NDArray[np.intp]
@@ -108,7 +109,7 @@ def evidence_of(engine: Engine, null: Fit, candidates: Sequence[Candidate]) -> E
         in the logs that reach them and are left out.
     """
     searches = [(c.effect, s) for c in candidates for s in c.searches if _slopes(s)]
-    found = engine.each(lambda pair: _signal(engine, null, pair[1]), searches)
+    found = each(lambda pair: _signal(engine, null, pair[1]), searches)
     pairs = [
         (pair, d) for pair, d in zip(searches, found, strict=True) if d is not None
     ]

@@ -41,6 +41,7 @@ from rcc_sim.diagnose.search.pursue import with_effect
 from rcc_sim.diagnose.search.refine import LESS_LIKELY
 from rcc_sim.diagnose.search.screen import Screen, Screened
 from rcc_sim.diagnose.search.winner import shares_of
+from rcc_sim.side_by_side import each
 
 Array = NDArray[np.float64]
 
@@ -222,7 +223,7 @@ def beside_their_courses(
         more = nats_of_courses(engine, r.fit, causes) - own
         return replace(r, behind=min(r.behind, max(r.behind - more, 0.0)))
 
-    return [*tied, *engine.each(one, clear[:NEAREST]), *clear[NEAREST:]]
+    return [*tied, *each(one, clear[:NEAREST]), *clear[NEAREST:]]
 
 
 def elsewhere(engine: Engine, rival: Rival, shares: Array) -> bool:
@@ -303,7 +304,7 @@ def rivals_of(
     screen = Screen(engine, base)
     own = promise(screen, {k: fit.values[k] for k in keys})
 
-    tried = engine.each(screen.best, candidates)
+    tried = each(screen.best, candidates)
     screened = [
         s
         for s in tried
@@ -315,14 +316,18 @@ def rivals_of(
     def fitted(one: Screened) -> Fit | None:
         return with_effect(engine, base, one, fit.noise, along, wanted=wanted)
 
-    fits = engine.each(fitted, screened)
+    fits = each(fitted, screened)
     absent = apart(engine, fit, base)
-    found = [
-        replace(against(engine, fit, one, other), absent=absent)
+
+    def held(pair: tuple[Screened, Fit]) -> Rival:
+        return replace(against(engine, fit, *pair), absent=absent)
+
+    could = [
+        (one, other)
         for one, other in zip(screened, fits, strict=True)
         if other is not None
     ]
-    return sorted(found, key=lambda r: r.behind)
+    return sorted(each(held, could), key=lambda r: r.behind)
 
 
 def against(engine: Engine, fit: Fit, screened: Screened, other: Fit) -> Rival:

@@ -42,6 +42,7 @@ from rcc_sim.diagnose.next_run.menu import (
 from rcc_sim.diagnose.noise.whitener import CURVATURE, Whitener, local_range
 from rcc_sim.diagnose.residuals.problem import WHEELS, WHEELS_SD, Problem
 from rcc_sim.errors import InputError
+from rcc_sim.side_by_side import each
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import replay
 from rcc_sim.trace import Trace
@@ -311,8 +312,8 @@ class Bench:
             h = k.inward(x)
             return self.change(run, logs, start, {**fit.values, k.key: x + h}) / h
 
-        each = self.engine.each(one, wanted)
-        return {k.key: signal for k, signal in zip(wanted, each, strict=True)}
+        signals = each(one, wanted)
+        return {k.key: signal for k, signal in zip(wanted, signals, strict=True)}
 
     def offset(self, logs: Sequence[Seen], what: str) -> Array:
         """Return what an offset of one sensor changes, or a shape of size 1.

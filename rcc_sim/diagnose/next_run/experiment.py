@@ -17,6 +17,7 @@ from rcc_sim.diagnose.next_run.menu import Run
 from rcc_sim.errors import InputError
 from rcc_sim.physics.effect import Effect
 from rcc_sim.physics.effects import neutral_of
+from rcc_sim.side_by_side import each
 
 MOST = 4
 """Hypotheses of a tie that are told apart: the likeliest."""
@@ -134,7 +135,7 @@ def best_of(
     None where it tells nothing at all. Two that do the same in every run do not hide
     what tells the others, and what one run parts the next need not.
     """
-    driven = [d for d in bench.engine.each(bench.drive(tied), bench.runs) if d]
+    driven = [d for d in each(bench.drive(tied), bench.runs) if d]
     driven.sort(key=lambda d: -d.most)
     found: list[Experiment] = []
     for k in range(0, len(driven), AT_ONCE):
@@ -142,7 +143,7 @@ def best_of(
         worth = [d for d in driven[k : k + AT_ONCE] if d.most > least]
         if not worth:
             break
-        every = bench.engine.each(lambda d: bench.nats(d, tied), worth)
+        every = each(lambda d: bench.nats(d, tied), worth)
         for one, nats in zip(worth, every, strict=True):
             if nats is None:
                 continue

@@ -16,6 +16,7 @@ from rcc_sim.diagnose.profiles.remainder import Remainder
 from rcc_sim.diagnose.profiles.switched import LOAD
 from rcc_sim.diagnose.profiles.varying import WINDOW_COUNTS, every_count, held
 from rcc_sim.physics.effects import EFFECTS
+from rcc_sim.side_by_side import each
 
 HILL = "road_grade"
 
@@ -46,7 +47,7 @@ def beside_a_drag(engine: Engine, fit: Fit, cause: Cause, left: Remainder) -> Ca
             every.append((*PROFILES[WIND], COUNTS))
         if has_needs(engine.vehicle, EFFECTS[LOAD]):
             every.append((*PROFILES[LOAD], WINDOW_COUNTS))
-        own, *others = engine.each(lambda one: with_own_noise(engine, fit, *one), every)
+        own, *others = each(lambda one: with_own_noise(engine, fit, *one), every)
         rival = max(cause.gain - own + max(others), 0.0)
     return replace(cause, rival=rival)
 

@@ -36,6 +36,7 @@ from rcc_sim.diagnose.profiles.forms import (
 )
 from rcc_sim.diagnose.profiles.probe import Probe
 from rcc_sim.diagnose.residuals.shapes import LATERAL
+from rcc_sim.side_by_side import each
 
 Array = NDArray[np.float64]
 
@@ -182,13 +183,13 @@ def remainder(
             if knob.key in figures and knob.acts != "rows":
                 forms.append(partial(changing, engine, fit, name, knob))
     power = inexactness(engine, fit)
-    each = [
+    every = [
         replace(r, inexact=float(power @ r.shares)) if len(r.shares) else r
-        for found in engine.each(lambda form: form(), forms)
+        for found in each(lambda form: form(), forms)
         for r in found
     ]
-    each = [as_heights(engine, fit, r) for r in each]
-    return replace(clearest(each), rivals=tuple(each))
+    every = [as_heights(engine, fit, r) for r in every]
+    return replace(clearest(every), rivals=tuple(every))
 
 
 def as_heights(engine: Engine, fit: Fit, left: Remainder) -> Remainder:

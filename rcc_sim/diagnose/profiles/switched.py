@@ -25,6 +25,7 @@ from rcc_sim.diagnose.profiles.forms import carrier_of
 from rcc_sim.diagnose.profiles.partition import Levels, segments
 from rcc_sim.diagnose.profiles.probe import Probe
 from rcc_sim.diagnose.residuals.problem import Problem
+from rcc_sim.side_by_side import each
 
 Array = NDArray[np.float64]
 
@@ -149,11 +150,11 @@ def courses_of(probe: Probe, log: int, x: Array, hidden: bool) -> list[Course]:
     probe.without(log)  # which is what each is held against
     ways = stepped(probe, log, x, hidden)
     ways += [partial(slow, probe, log, x, n) for n in SLOW]
-    tried = probe.engine.each(lambda way: way(), ways)
+    tried = each(lambda way: way(), ways)
     best = max(tried, key=lambda course: course.profile.evidence)
     if best.cost and best.profile.evidence > ENOUGH:
         more = stepped(probe, log, x, hidden, TILT)
-        sloping = probe.engine.each(lambda way: way(), more)
+        sloping = each(lambda way: way(), more)
         least = best.profile.evidence + ENOUGH
         tried += [course for course in sloping if course.profile.evidence > least]
     return tried

@@ -28,6 +28,7 @@ from rcc_sim.diagnose.profiles.probe import Probe, probe_size
 from rcc_sim.diagnose.profiles.switched import LOAD, beside_noise
 from rcc_sim.diagnose.residuals.problem import Problem
 from rcc_sim.physics.effects import EFFECTS
+from rcc_sim.side_by_side import each
 
 WINDOW_COUNTS = (20, 60)
 FINER, SHORTEST = (120, 240, 480), 1.25
@@ -53,19 +54,23 @@ def profile_cause(
     switches or grows, if it is likelier than those, each with the noise that it leaves.
     No load at all, where a drag that goes the way of the load is likelier.
     """
-    wanted = [effect for effect in PROFILES if effect in named]
-    tried = engine.each(lambda effect: as_profile(engine, fit, effect), wanted)
-    every = sorted((c for c in tried if c), key=lambda c: -c.gain)
-    course = None
-    if LOAD in named:
-        hidden = all(c.effect != LOAD for c in every)
-        course = beside_noise(engine, held(fit, PROFILES[LOAD][0]), hidden=hidden)
+
+    def one(effect: str) -> tuple[Cause | None, Cause | None]:
+        found = as_profile(engine, fit, effect)
+        if effect != LOAD:
+            return found, None
+        at_rest = held(fit, PROFILES[LOAD][0])
+        return found, beside_noise(engine, at_rest, hidden=found is None)
+
+    tried = each(one, [e for e in PROFILES if e in named])
+    every = sorted((c for c, _ in tried if c), key=lambda c: -c.gain)
+    course = next((c for _, c in tried if c), None)
     outdone: set[str] = set()
     if course and beyond_drag(course) < -ENOUGH:
         outdone = {LOAD}
         every = [c for c in every if c.effect != LOAD]
     if course and beyond_drag(course) >= ENOUGH and not is_stated(engine, course):
-        nats = engine.each(partial(with_its_noise, engine, fit), every)
+        nats = each(partial(with_its_noise, engine, fit), every)
         rival = max(nats, default=0.0)
         if course.sharp > rival:
             return replace(course, rival=max(course.rival, rival)), outdone

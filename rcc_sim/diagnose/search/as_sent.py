@@ -22,6 +22,7 @@ from rcc_sim.diagnose.residuals.problem import Problem
 from rcc_sim.diagnose.residuals.shapes import LATERAL
 from rcc_sim.diagnose.search.compete import Asked, Explanation, Way
 from rcc_sim.physics.tables import BEFORE, LINE, SINCE
+from rcc_sim.side_by_side import each
 from rcc_sim.simulate.drive import Drive
 from rcc_sim.simulate.spans import FLOWS
 
@@ -58,12 +59,12 @@ def as_sent(
     """
     now = [p.drive.held for p in engine.problems]
     other = [d for d in every_way(engine.problems) if [x.held for x in d] != now]
-    ways = engine.each(partial(with_drives, engine), other)
+    ways = each(partial(with_drives, engine), other)
     if not ways:
         return averaged(engine, null, explained)
-    each = engine.each(likelihood, ways)
-    best = ways[int(np.argmax(each))]
-    liked = max(each) >= likelihood(engine) + ENOUGH
+    likely = each(likelihood, ways)
+    best = ways[int(np.argmax(likely))]
+    liked = max(likely) >= likelihood(engine) + ENOUGH
     some = parts_of(best, engine, ways) if liked else []
     found = explained(engine, null, Likelier(some, ways))
     begun = driven_as(engine, like=found.engine)
@@ -170,7 +171,7 @@ def likeliest(
     None where none scores more than the ``least``.
     """
     others = [driven_as(engine, like=way) for way in ways]
-    scores = [descent.fit(e, fit.values, fit.knobs).score for e in others]
+    scores = each(lambda e: descent.fit(e, fit.values, fit.knobs).score, others)
     best = int(np.argmax([least, *scores]))
     return ways[best - 1] if best else None
 

@@ -14,6 +14,7 @@ from rcc_sim.diagnose.profiles.varying import anew, nats_of_another
 from rcc_sim.diagnose.search.look import Look
 from rcc_sim.diagnose.search.refine import Refined, ranked
 from rcc_sim.diagnose.search.winner import cause_of
+from rcc_sim.side_by_side import each
 
 CLOSE, MOST = 0.5, 4
 """Share of the nats of the best that a candidate must have, and how many of those are
@@ -64,7 +65,7 @@ def beside_courses(engine: Engine, look: Look, causes: Sequence[Cause]) -> Look:
         more = max(nats_of_courses(engine, r.fit, causes) - by_themselves, 0.0)
         return replace(r, before=r.before + more, after=r.after + more)
 
-    tried = engine.each(one, close)
+    tried = each(one, close)
     refined = ranked([*tried, *look.refined[len(close) :]])
     best = next((r for r in refined if r.reaches(ENOUGH)), None)
     won = cause_of(engine, best, look.fit.noise) if best else None

@@ -24,6 +24,7 @@ from rcc_sim.diagnose.search.pursue import (
 )
 from rcc_sim.diagnose.search.screen import Screened
 from rcc_sim.diagnose.search.starts import FAR_BEHIND, afresh, likely
+from rcc_sim.side_by_side import each
 
 Array = NDArray[np.float64]
 
@@ -170,7 +171,7 @@ def refine(
             return fit
         return from_nothing(engine, start, r, fit)
 
-    fits = engine.each(one, found)
+    fits = each(one, found)
     every = []
     for (r, _), fit in zip(found, fits, strict=True):
         if fit is None:
@@ -251,7 +252,7 @@ def by_its_noise(
         done = replace(r, fit=fit, after=after, eased=eased, steady=even)
         return replace(done, beyond=beyond_least(engine, again, done, along))
 
-    return engine.each(one, found)
+    return each(one, found)
 
 
 def steady(gains: Array) -> float:

@@ -18,6 +18,7 @@ from rcc_sim.diagnose.fitting.knobs import BIAS
 from rcc_sim.diagnose.fitting.pulls import TOO_FAR, pulled
 from rcc_sim.diagnose.search.pursue import effect_knobs, with_effect
 from rcc_sim.diagnose.search.screen import Screen, Screened
+from rcc_sim.side_by_side import each
 
 Array = NDArray[np.float64]
 
@@ -39,7 +40,7 @@ def screened(
 ) -> list[tuple[Screened, Fit]]:
     """Screen candidates around a fit; best first, each with where to refine from."""
     screen = Screen(engine, fit)
-    found = [(r, fit) for r in engine.each(screen.best, candidates)]
+    found = [(r, fit) for r in each(screen.best, candidates)]
     found += released(engine, fit, candidates)
     found += bent(engine, fit, [r for r, _ in found])
     return sorted(found, key=lambda pair: -pair[0].gain)
@@ -153,7 +154,7 @@ def afresh(
         return []
     start = replace(start, signals=engine.signals(start.values, start.knobs))
     every = {r.candidate.effect: r.candidate for r in found}
-    again = engine.each(Screen(engine, start).best, list(every.values()))
+    again = each(Screen(engine, start).best, list(every.values()))
     along = engine.whitened(start.signals, fit.noise)
 
     def one(r: Screened) -> tuple[Screened, Fit] | None:
@@ -166,4 +167,4 @@ def afresh(
 
     best = sorted((r for r in again if r.values), key=lambda r: -r.gain)
     worth = likely([(r, start) for r in best], EXACT * ENOUGH)
-    return [pair for pair in engine.each(one, [r for r, _ in worth]) if pair]
+    return [pair for pair in each(one, [r for r, _ in worth]) if pair]
