@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from hashlib import blake2b
+from threading import Lock
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -53,6 +55,13 @@ STEP_SHARE = 0.1
 """Share of a step to which a height is known where it passes from one to the next."""
 
 
+KEPT = 4
+"""Roads that are kept: a log is asked for its own several times, by threads at once."""
+
+_kept: dict[bytes, tuple[Array, Array]] = {}
+_one_at_a_time = Lock()
+
+
 def surveyed_slope(
     distance: Array, elevation: Array, time: Array | None = None
 ) -> tuple[Array, Array]:
@@ -79,6 +88,22 @@ def surveyed_slope(
     distance, slope : ndarray, shape (k,)
         Middle of each cell [m], rise over run [1].
     """
+    digest = blake2b(str(time is None).encode(), digest_size=16)
+    for x in (distance, elevation, distance if time is None else time):
+        digest.update(np.ascontiguousarray(x).data)
+    key = digest.digest()
+    with _one_at_a_time:
+        if key not in _kept:
+            while len(_kept) >= KEPT:
+                del _kept[next(iter(_kept))]
+            _kept[key] = _surveyed(distance, elevation, time)
+        at, slope = _kept[key]
+    return at.copy(), slope.copy()
+
+
+def _surveyed(
+    distance: Array, elevation: Array, time: Array | None
+) -> tuple[Array, Array]:
     when = np.zeros(len(distance)) if time is None else time
     ok = np.isfinite(distance) & np.isfinite(elevation)
     s, h, t = distance[ok], elevation[ok], when[ok]
@@ -248,27 +273,22 @@ def undithered(height: Array, noise2: float) -> float:
     .. math:: \frac{q^2}{2 \pi^2} e^{-4 \pi^2 \sigma^2 / q^2}
 
     of the first harmonic of what rounding to steps q errs by, beside a noise σ; about
-    such means readings scatter by the rest (``noise2``) of σ² + q²/12. [1]_
+    such means readings scatter by the rest (``noise2``) of σ² + q²/12. [1]_ With the
+    variance k² that is kept, σ² = noise2 - q²/12 + k²: it is q²/4π² W(2 e^-4π²c), with
+    c = noise2/q² - 1/12 and Lambert's W, that of no noise at most.
 
     References
     ----------
     .. [1] B. Widrow, I. Kollár, Quantization Noise, Cambridge, 2008, ch. 4, 19.
     """
-    from scipy.optimize import brentq
+    from scipy.special import lambertw
 
     q = resolution(height)
     if q == 0.0:
         return 0.0
-    scatter = noise2 / q**2
-
-    def kept(noise: float) -> float:
-        return float(np.exp(-4 * np.pi**2 * noise) / (2 * np.pi**2))
-
-    def beyond(noise: float) -> float:
-        return noise + 1 / 12 - kept(noise) - scatter
-
-    noise = brentq(beyond, 0.0, scatter + 1) if beyond(0.0) < 0 else 0.0
-    return q**2 * kept(noise)
+    B = 4 * np.pi**2
+    kept = lambertw(2 * np.exp(-B * (noise2 / q**2 - 1 / 12))).real / B
+    return float(q**2 * min(kept, 2 / B))
 
 
 def visits(cell: NDArray[np.int_], time: Array) -> NDArray[np.int_]:
