@@ -22,7 +22,6 @@ SLOPE = {0: SimpleNamespace(weighed=False, knots=np.zeros(20))}
 NOTHING = Remainder(0.0, "", "", [])
 ENGINE = SimpleNamespace(
     vehicle=truck(STATED),
-    each=lambda of, every: [of(one) for one in every],
 )
 
 

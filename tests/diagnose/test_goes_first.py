@@ -1,4 +1,4 @@
-"""A drag goes before a hill that has taken it in, if both then explain more."""
+"""A drag goes before a hill, or a load, that has taken it in, if both explain more."""
 
 from types import SimpleNamespace
 
@@ -39,3 +39,44 @@ def test_the_same_effect_as_a_constant_never_does(monkeypatch):
 def test_one_that_gains_less_than_a_further_cause_must_is_not_tried(monkeypatch):
     weak = Cause("drivetrain_damping", (), 30.0, shares=HILL.shares)
     assert not asked(monkeypatch, 900.0, one=weak)
+
+
+def hidden(monkeypatch, other, varying="auxiliary_load", needs=40.0):
+    """Ask which constant cause a load that varies may have taken in.
+
+    Beside the load as a constant, which gains 700 nats, another gains so many.
+    """
+
+    def refined(effect, gain):
+        return SimpleNamespace(
+            screened=SimpleNamespace(candidate=SimpleNamespace(effect=effect)),
+            gain=gain,
+            trusted=gain,
+            reaches=lambda needed: gain >= needed,
+        )
+
+    both = [refined("auxiliary_load", 700.0), refined("drivetrain_damping", other)]
+    monkeypatch.setattr(taken, "cause_of", lambda e, r, noise: as_cause(r))
+    monkeypatch.setattr(taken, "needed_gain", lambda causes, shares: needs)
+    look = SimpleNamespace(refined=both, fit=SimpleNamespace(noise=None))
+    now = taken.Taken(None, None, (), print)
+    course = Cause(varying, (), 800.0, profiles=SLOPE)
+    _, one = now.hidden_by(course, look, both[0], as_cause(both[0]))
+    return one.effect
+
+
+def as_cause(refined):
+    return Cause(refined.screened.candidate.effect, (), refined.gain)
+
+
+def test_a_load_over_time_may_have_taken_in_a_drag_that_comes_near_it(monkeypatch):
+    assert hidden(monkeypatch, 500.0) == "drivetrain_damping"
+
+
+def test_not_one_that_is_far_behind_or_gains_too_little_itself(monkeypatch):
+    assert hidden(monkeypatch, 300.0) == "auxiliary_load"
+    assert hidden(monkeypatch, 500.0, needs=600.0) == "auxiliary_load"
+
+
+def test_a_hill_may_have_taken_in_the_best_whatever_it_is(monkeypatch):
+    assert hidden(monkeypatch, 500.0, varying="road_grade") == "auxiliary_load"

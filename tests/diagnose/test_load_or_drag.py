@@ -11,7 +11,7 @@ from rcc_sim.diagnose.profiles import varying
 
 NAMED = {"auxiliary_load", "road_grade"}
 FIT = SimpleNamespace(knobs=())
-ENGINE = SimpleNamespace(each=lambda do, many: list(map(do, many)))
+ENGINE = SimpleNamespace()
 STEPS = Profile("key", "time_s", np.arange(2.0), np.ones(2), np.ones(2), 90.0)
 
 

@@ -21,7 +21,7 @@ def told(sd, tip=0.0, scatter=0.0):
         lost += tip + scatter * rng.uniform(-1, 1) if off else 0.0
         return SimpleNamespace(score=-lost)
 
-    engine = SimpleNamespace(each=lambda do, many: list(map(do, many)), at=at)
+    engine = SimpleNamespace(at=at)
     fit = SimpleNamespace(values={"x": KNOB.value}, knobs=(KNOB,), noise=[], score=0.0)
     return sd * wider_by(engine, fit, KNOB, sd)
 

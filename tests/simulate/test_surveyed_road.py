@@ -125,3 +125,18 @@ def test_leaps_of_a_receiver_are_no_cliffs():
     where, found = surveyed_slope(s, seen, time)
     assert np.abs(found).max() < 0.06
     assert np.std((np.interp(s, where, found) - slope)[there]) < 0.7 * np.std(slope)
+
+
+def test_a_road_that_is_kept_is_that_of_its_own_log_and_not_changed_from_outside():
+    time, s, _, height, _ = drive()
+    seen = read(height, 7, noise=0.05)
+    first = surveyed_slope(s, seen, time)
+    expected = [x.copy() for x in first]
+    for x in first:
+        x *= 2.0
+    other = surveyed_slope(s, 2 * seen, time)
+    roads = [surveyed_slope(s, 2 * seen, time), surveyed_slope(s, seen, time)]
+    np.testing.assert_array_equal(roads[0], other)
+    np.testing.assert_array_equal(roads[1], expected)
+    assert not np.array_equal(other[1], expected[1])
+    assert not np.array_equal(surveyed_slope(s, seen)[1], expected[1])

@@ -33,7 +33,12 @@ from rcc_sim.diagnose.profiles.varying import (
     with_profile,
 )
 from rcc_sim.diagnose.search.couples import coupled
-from rcc_sim.diagnose.search.give_way import beside_courses, fitted, give_way
+from rcc_sim.diagnose.search.give_way import (
+    CLOSE,
+    beside_courses,
+    fitted,
+    give_way,
+)
 from rcc_sim.diagnose.search.look import Look, looked
 from rcc_sim.diagnose.search.refine import Refined
 from rcc_sim.diagnose.search.winner import cause_of, near_to
@@ -148,7 +153,9 @@ class Taken:
         varying = self.varying(look)
         with_one: Fit | None = None
         if varying and best and one:
-            with_one = before_profile(self.engine, self.fit, best, one, varying)
+            first = self.hidden_by(varying, look, best, one)
+            with_one = before_profile(self.engine, self.fit, *first, varying)
+            best, one = (best, one) if with_one is None else first
         if varying and with_one is None and self.may_act(varying, look):
             return VARYING
         if best and one:
@@ -179,6 +186,24 @@ class Taken:
         if varying and is_clear(varying, look.one, look.gains, self.causes):
             return varying
         return None
+
+    def hidden_by(
+        self, varying: Cause, look: Look, best: Refined, one: Cause
+    ) -> tuple[Refined, Cause]:
+        """Return the best constant cause, which a profile may have taken in.
+
+        That of another effect, if there is one that comes near the best: a load over
+        time takes in a drag that goes with the speed, as a hill does.
+        """
+        if best.screened.candidate.effect != varying.effect:
+            return best, one
+        least = max(ENOUGH, CLOSE * best.gain)
+        for r in look.refined:
+            if r.screened.candidate.effect != varying.effect and r.reaches(least):
+                other = cause_of(self.engine, r, look.fit.noise)
+                if r.trusted >= needed_gain(self.causes, other.shares):
+                    return r, other
+        return best, one
 
     def may_act(self, varying: Cause, look: Look) -> bool:
         """Let a profile act if it stands; tell whether the turn is done with it.
