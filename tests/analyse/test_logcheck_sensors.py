@@ -13,6 +13,8 @@ from rcc_sim.analyse.logcheck import check_log
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.errors import InputError
 from rcc_sim.trace import Trace
+from rcc_sim.units import G
+from tests import one_loop
 
 SENSORS = [
     *("speed_mps", "yaw_rate_radps", "accel_x_mps2", "accel_y_mps2"),
@@ -394,3 +396,23 @@ def test_a_current_that_stops_at_zero_has_lost_no_sign(drive):
     fault = functools.partial(np.maximum, 0.0)
     checked = check_log(with_fault(logged(*drive), "battery_current_a", fault))
     assert not found(checked, "sign", "battery_current_a")
+
+
+@pytest.mark.parametrize("row", [0.02, 0.033, 0.05, 0.1])
+def test_a_car_that_has_followed_its_last_command_reads_no_acceleration(row):
+    """What a row shows as the next goes out is no speed in mph, nor another unit."""
+    car = load_vehicle("rcc").changed(settings=one_loop.STIFF)
+    came = one_loop.rows(car, row, 0.0, 40.0, seed=5)
+    assert not units(check_log(Trace(came, name="log"), car))
+
+
+def test_and_an_acceleration_in_g_is_told_beside_it():
+    car = load_vehicle("rcc").changed(settings=one_loop.STIFF)
+    came = one_loop.rows(car, 0.033, 0.0, 40.0, seed=5)
+    came["accel_x_mps2"] = came["accel_x_mps2"] / G
+    assert units(check_log(Trace(came, name="log"), car)) == ["accel_x_mps2"]
+
+
+def units(checked):
+    """Channels that are said to have another unit."""
+    return [f.channel for f in checked.findings if f.kind == "unit"]

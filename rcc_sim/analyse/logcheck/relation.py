@@ -51,6 +51,7 @@ class Relation(NamedTuple):
 class Means(NamedTuple):
     """Channels as means over short windows, and their rates of change."""
 
+    row: float  # between the log's rows [s]
     step: float  # between means [s]
     columns: dict[str, Array]
     rates: dict[str, Array]  # change per second
@@ -86,7 +87,7 @@ def means(time: Array, columns: Columns) -> Means:
         mean[broken] = np.nan
         rate[broken] = np.nan
         out[name], rates[name] = mean, rate
-    return Means(usual, out, rates)
+    return Means(row, usual, out, rates)
 
 
 def mean_of_known(rows: Array) -> Array:

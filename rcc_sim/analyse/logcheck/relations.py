@@ -7,6 +7,8 @@ factor in every relation that the channel takes part in (`blame.py` puts the bla
 
 from __future__ import annotations
 
+from math import expm1
+
 import numpy as np
 
 from rcc_sim.analyse.logcheck.finding import Array, Columns
@@ -19,10 +21,15 @@ from rcc_sim.analyse.logcheck.relations_of_power import (
 )
 from rcc_sim.definitions.kernel import motor_torque_constant
 from rcc_sim.definitions.vehicle import Vehicle
+from rcc_sim.simulate.replay import held_at
 from rcc_sim.units import G
 
 WHEELBASE = 1.3
 """Between a scaled car's and a van's: within 20 times of either, understeer too. [m]"""
+
+
+AT_ONCE = 50.0
+"""Times that a loop has followed a command, beyond which more says no more."""
 
 
 def relations(m: Means, vehicle: Vehicle | None) -> list[Relation]:
@@ -51,11 +58,25 @@ def _motion(m: Means, vehicle: Vehicle | None) -> list[Relation | None]:
                 {"accel_x_mps2": 1, "speed_mps": -1, "time_s": 1},
                 a - hill,
                 d["speed_mps"],
-                loose=1.6,
+                loose=1.6 / at_its_end(m, vehicle),
                 least=0.75,
             )
         )
     return out + _follows(c, d)
+
+
+def at_its_end(m: Means, vehicle: Vehicle | None) -> float:
+    r"""Acceleration at a row's end over its mean, where commands hold between rows. [1]
+
+    .. math:: \frac{x}{e^x - 1}
+
+    x being the time between rows by the rate at which the loop holds its speed: what is
+    read as the next command goes out says little of a car that has followed the last.
+    """
+    if vehicle is None or "speed_ref_mps" not in m.columns:
+        return 1.0
+    x = min(m.row * held_at(vehicle), AT_ONCE)
+    return x / expm1(x) if x > 0 else 1.0
 
 
 def _follows(c: Columns, d: Columns) -> list[Relation | None]:
