@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from rcc_sim.cli.output import Csv, Json, Output, emit, say
+from rcc_sim.cli.output import Csv, Json, Output, Text, emit, say
 
 blind = typer.Typer(
     help="Data whose effect is withheld: make it, diagnose it, score that."
@@ -153,6 +153,7 @@ def score(
     ] = None,
     json: Json = False,
     csv: Csv = False,
+    text: Text = False,
     output: Output = None,
 ) -> None:
     """Open the labels and count: right, false alarms, unknowns, calibration, times."""
@@ -165,6 +166,7 @@ def score(
     if left:
         say(f"note: {left} of {document['cases']} cases have no result yet")
     missed = failures(document, require or [])
-    emit(document, table(document), json=json, csv=csv, output=output)
+    rows = table(document)
+    emit(document, rows, json=json, csv=csv, text=text, output=output)
     if missed:
         raise CheckFailed(f"{out}: {'; '.join(missed)}")

@@ -178,7 +178,8 @@ def diagnose(
         _fleet(asked, options)
         return
     one_log(asked)
-    one_format(json=json, csv=csv, text=text)
+    hint = "what --html writes is for people, too" if text else ""
+    one_format(json=json, csv=csv, text=text, hint=hint)
     logs, back, on_stand = logs or [], back or [], on_stand or []
     inputs = [*logs, *back, *on_stand, *(holdout or []), *(repeats or [])]
     once(inputs)

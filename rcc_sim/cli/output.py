@@ -61,12 +61,11 @@ Output = Annotated[
 ]
 
 
-def one_format(*, json: bool, csv: bool, text: bool = False) -> None:
+def one_format(*, json: bool, csv: bool, text: bool = False, hint: str = "") -> None:
     """Raise if two formats are asked for: before long work, rather than after."""
     asked = {"--text": text, "--json": json, "--csv": csv}
     given = [option for option, is_asked in asked.items() if is_asked]
     if len(given) > 1:
-        hint = "what --html writes is for people, too" if text else ""
         raise InputError(f"{' and '.join(given)}: one of them", hint)
 
 
@@ -76,6 +75,7 @@ def emit(
     *,
     json: bool = False,
     csv: bool = False,
+    text: bool = False,
     output: Path | None = None,
     title: str = "",
     shown: Sequence[str] = (),
@@ -88,6 +88,8 @@ def emit(
         What ``--json`` prints, whole.
     rows : sequence of mapping
         The same as rows, for the table and for CSV.
+    text : bool
+        Write the table wherever it goes.
     output : Path or None
         File to write in place of stdout; JSON where its name ends so.
     title : str
@@ -98,14 +100,14 @@ def emit(
     Raises
     ------
     InputError
-        If both formats are asked for, or the file cannot be written.
+        If two formats are asked for, or the file cannot be written.
     """
-    one_format(json=json, csv=csv)
+    one_format(json=json, csv=csv, text=text)
+    if text or (output is None and not (json or csv) and sys.stdout.isatty()):
+        part = [{key: row[key] for key in shown} for row in rows] if shown else rows
+        emit_text((), [(title, part)], output)
+        return
     if output is None:
-        if not (json or csv) and sys.stdout.isatty():
-            part = [{key: row[key] for key in shown} for row in rows] if shown else rows
-            print_table(part, title, readable, printable)
-            return
         _write(sys.stdout, document, rows, json)
         sys.stdout.flush()
         return

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from rcc_sim.cli.complete import vehicle_names
-from rcc_sim.cli.output import Csv, Json, Output, emit, say
+from rcc_sim.cli.output import Csv, Json, Output, Text, emit, say
 from rcc_sim.files import atomic
 
 vehicles = typer.Typer(help="Vehicles: list them, show one, check one, begin one.")
@@ -73,6 +73,7 @@ def validate(
     ],
     json: Json = False,
     csv: Csv = False,
+    text: Text = False,
     output: Output = None,
 ) -> None:
     """Check vehicle files and list all that is wrong; exit 1 if anything is.
@@ -83,7 +84,7 @@ def validate(
     from rcc_sim.similitude.unlikely import report
 
     rows = report(files)
-    emit(rows, rows, json=json, csv=csv, output=output)
+    emit(rows, rows, json=json, csv=csv, text=text, output=output)
     unsound = sorted({row["file"] for row in rows if not row["sound"]})
     if unsound:
         raise CheckFailed(f"not sound: {', '.join(unsound)}")

@@ -5,6 +5,7 @@ import re
 import pytest
 
 from tests import terminal
+from tests.program import rccsim
 
 
 def on_terminal(width, *args):
@@ -47,3 +48,13 @@ def test_a_long_table_is_shown_in_part_and_says_so():
     shown = on_terminal(80, "cycles", "show", "udds")
     assert "more rows" in shown
     assert len(shown.splitlines()) < 40
+
+
+def test_what_a_terminal_shows_goes_where_it_is_asked_for(tmp_path):
+    words, file = ("vehicles", "validate", "rcc", "r1t"), tmp_path / "told.txt"
+    shown = on_terminal(80, *words)
+    assert rccsim(*words, "--text").stdout.splitlines() == shown.splitlines()
+    assert rccsim(*words, "--text", "-o", str(file)).returncode == 0
+    assert file.read_text(encoding="utf-8").splitlines() == shown.splitlines()
+    both = rccsim(*words, "--text", "--csv")
+    assert both.returncode == 2 and "--text and --csv: one of them" in both.stderr
