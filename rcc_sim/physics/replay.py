@@ -17,6 +17,7 @@ from rcc_sim.physics.logged_steering import enter_cell, steering_at
 from rcc_sim.physics.params import SPEED
 from rcc_sim.physics.powertrain import electrify, mapped_efficiency
 from rcc_sim.physics.run import (
+    NEAR,
     actuate,
     begin,
     look_up_reference,
@@ -30,8 +31,6 @@ from rcc_sim.physics.tables import between, seek
 FREE = 0.98  # 1; share of the currents between the limits in which the loop is free
 
 ROWS = 4.0  # 1; rows that a speed takes at least to come to what was measured
-
-NEAR = 1e-3  # 1; share of a tick by which a row's time may fall short of it
 
 
 @jit

@@ -31,6 +31,8 @@ from rcc_sim.physics.step import (
 )
 from rcc_sim.physics.tables import LINE, between, command_at, seek, slope_of
 
+NEAR = 1e-3  # 1; share of a tick by which a row's time may fall short of it
+
 STILL = 1e-6  # m/s; a car that yaws as it stops comes nearer and nearer to standing
 
 
@@ -101,9 +103,9 @@ def look_up_reference(p, s, u, time, ref, how):
     """
     period, delay = p.reference_sampling.period_s, p.reference_delay.delay_s
     T = p.control.T_loop
+    near = NEAR * T
     t_held = held_time(s.t, period)
-    s.ref_at = seek(t_held, time, s.ref_at)
-    u.v_sent = command_at(t_held, time, ref, int(s.ref_at), how)
+    u.v_sent, s.ref_at = command_at(t_held, time, ref, s.ref_at, how, near)
     if delay <= 0.0:
         s.heard_at = s.ref_at
         u.v_ref = u.v_sent
@@ -111,10 +113,9 @@ def look_up_reference(p, s, u, time, ref, how):
     ticks = sent_at(s.t, delay) / T
     whole = math.floor(ticks)
     t_held = held_time(whole * T, period)
-    s.heard_at = seek(t_held, time, s.heard_at)
-    earlier = command_at(t_held, time, ref, int(s.heard_at), how)
+    earlier, s.heard_at = command_at(t_held, time, ref, s.heard_at, how, near)
     t_held = held_time((whole + 1.0) * T, period)
-    later = command_at(t_held, time, ref, seek(t_held, time, s.heard_at), how)
+    later, _ = command_at(t_held, time, ref, s.heard_at, how, near)
     u.v_ref = earlier + (later - earlier) * (ticks - whole)
 
 
@@ -162,9 +163,9 @@ def obey_throttle(p, c, s, u, force, throttle, late_motor, k):
     ``throttle`` holds times, values and how they run from one to the next.
     """
     time, values, how = throttle
-    s.throttle_at = seek(s.t, time, s.throttle_at)
-    u.throttle = command_at(s.t, time, values, int(s.throttle_at), how)
     T = p.control.T_loop
+    at, near = s.throttle_at, NEAR * T
+    u.throttle, s.throttle_at = command_at(s.t, time, values, at, how, near)
     late = command_of(late_motor, k, p.actuation_delay.delay_s, T, u.throttle)
     return throttle_force(p, late, s.v_x, force) / c.n
 

@@ -29,13 +29,21 @@ is logged as it is sent; or before a row, as one that is logged while it acts.""
 
 
 @jit
-def command_at(x, xs, ys, i, how):
-    """Command in the cell i of a table: the last that came, the next, or in between."""
-    if how == SINCE and x < xs[-1]:
-        return ys[i]
-    if how == BEFORE and xs[i] < x < xs[-1]:
-        return ys[i + 1]
-    return between(x, xs, ys, i)
+def command_at(x, xs, ys, at, how, near):
+    """Command at x, and the cell of the table that it is read in, sought from `at` on.
+
+    It is the last that came, the next, or in between. One that leaps has come where its
+    row is less than `near` ahead: their clocks differ in the last digit alone.
+    """
+    if how == LINE:
+        i = seek(x, xs, at)
+        return between(x, xs, ys, i), i
+    i = seek(x + near, xs, at)
+    if x + near >= xs[-1]:
+        return ys[-1], i
+    if how == BEFORE and x > xs[i] + near:
+        return ys[i + 1], i
+    return ys[i], i
 
 
 @jit
