@@ -95,8 +95,13 @@ class Crew:
         return list(self.in_turn(do, many)) if len(many) > 1 else list(map(do, many))
 
     def in_turn(self, do: Callable[[T], R], many: Sequence[T]) -> Iterator[R]:
-        """Yield what is made of each of many things, in their order, as it is made."""
-        asked = [self.begin(partial(do, one)) for one in many]
+        """Return what is made of each of many things, in their order, as it is made.
+
+        An idle thread is at it before the first is asked for.
+        """
+        return self._ended([self.begin(partial(do, one)) for one in many])
+
+    def _ended(self, asked: Sequence[Future[R]]) -> Iterator[R]:
         try:
             for one in asked:
                 yield self.end(one)
@@ -112,16 +117,18 @@ class Crew:
         None if none is. A thread that is idle works one ahead.
         """
         ahead: Future[R] | None = None
-        for one, then in zip_longest(many, many[1:]):
-            asked, ahead = ahead, None
-            if then is not None:
-                ahead = self.begin(partial(do, then))
-            made = do(one) if asked is None or self.drop(asked) else asked.result()
-            if good(made):
-                if ahead is not None:
-                    self.drop(ahead)
-                return made
-        return None
+        try:
+            for one, then in zip_longest(many, many[1:]):
+                asked, ahead = ahead, None
+                if then is not None:
+                    ahead = self.begin(partial(do, then))
+                made = do(one) if asked is None or self.drop(asked) else asked.result()
+                if good(made):
+                    return made
+            return None
+        finally:  # one went wrong, or no more is wanted
+            if ahead is not None:
+                self.drop(ahead)
 
     def _next(self, depth: int, awaited: Future[Any] | None = None) -> Piece | None:
         """Wait for a piece: the awaited one, or that of most depth of so much at least.

@@ -10,6 +10,7 @@ from rcc_sim.definitions.figure import Figure
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
 from rcc_sim.physics.effects import EFFECTS
+from rcc_sim.physics.effects.rotor_inertia import reflected_mass
 from rcc_sim.physics.params import SPEED, STRAIGHT, THROTTLE, TORQUE
 from rcc_sim.physics.powertrain import torque_constant
 
@@ -291,6 +292,23 @@ def answering_time(vehicle: Vehicle) -> float:
     """Return the time in which a vehicle answers its steering, sqrt(m l / C_F). [s]"""
     C_F = vehicle.tyres.front_cornering_stiffness_n_per_rad.value
     return sqrt(vehicle.body.mass_kg.value * vehicle.wheelbase / C_F)
+
+
+def loop_stiffness(vehicle: Vehicle) -> float:
+    r"""Return the rate at which a vehicle's speed loop holds its speed. [1/s]
+
+    .. math:: K_p K_t n^2 / (m + J n^2)
+
+    Nil where it has none, or where the file does not state its gain or its motor.
+    """
+    control, K_t = vehicle.controller, motor_torque_constant(vehicle)
+    gain = control.proportional_gain_as_per_rad if control else None
+    if vehicle.mode != "speed" or gain is None or K_t is None:
+        return 0.0
+    n = vehicle.rad_per_m
+    J = _value(vehicle.figures().get("effects.rotor_inertia.inertia_kgm2"), 0.0)
+    M = vehicle.body.mass_kg.value + reflected_mass(J, n)
+    return float(gain.value * K_t * n**2 / M)
 
 
 def _effects(vehicle: Vehicle) -> dict[str, dict[str, float]]:

@@ -31,7 +31,7 @@ from rcc_sim.diagnose.residuals.terminals import VOLTAGE
 from rcc_sim.diagnose.search.as_sent import as_sent, kept_alike
 from rcc_sim.diagnose.search.compete import compete
 from rcc_sim.errors import InputError
-from rcc_sim.side_by_side import CREW
+from rcc_sim.side_by_side import in_turn
 from rcc_sim.trace import Trace
 
 R = TypeVar("R")
@@ -151,11 +151,11 @@ def beside(tasks: Iterable[Callable[[], R]]) -> Iterator[list[R]]:
     What goes wrong in them comes first.
     """
     results: list[R] = []
-    asked = [CREW.begin(do) for do in tasks]
+    made = in_turn(lambda do: do(), [*tasks])
     try:
         yield results
     finally:
-        results += [CREW.end(one) for one in asked]
+        results += made
 
 
 def farthest_off(gaps: Sequence[Gap]) -> int:

@@ -82,20 +82,14 @@ def freedom(p, c, u, omega, row):
 
 
 @jit
-def stiffness(K_p, K_t, square, M):
-    """Rate [1/s] at which a speed loop holds a speed: K_p K_t n²/M, square being n²."""
-    return K_p * K_t * square / M
-
-
-@jit
 def recall(p, c, s, u, row, w, v, i_q, span, recall_v, recall_i, hold):
     """Draw speed, and the loop's integral, towards what was measured at a row.
 
     v [m/s], beside the model's w when it was so, and i_q [A] are NaN where they were
     not measured. The integral is drawn only while the loop is free, that is at none of
     its limits. Where it is not, the speed is drawn at a rate ``hold`` [1/s] besides, as
-    the loop would hold it (``stiffness``): a rough road then moves it as far. That is
-    not within a few ``ROWS``, where it would follow their noise.
+    the loop would hold it: a rough road then moves it as far. That is not within a few
+    ``ROWS``, where it would follow their noise.
     """
     free, rate = 0.0, 1.0 / recall_v
     if p.control.mode == SPEED:

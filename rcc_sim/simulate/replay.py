@@ -14,15 +14,15 @@ from rcc_sim.definitions.kernel import (
     efficiency_map,
     force_table,
     kernel_params,
-    motor_torque_constant,
+    loop_stiffness,
 )
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
 from rcc_sim.physics import params as schema
 from rcc_sim.physics import record
-from rcc_sim.physics.effects import rotor_inertia, sensor_delay
+from rcc_sim.physics.effects import sensor_delay
 from rcc_sim.physics.logged_motion import run_with_logged_motion
-from rcc_sim.physics.replay import run_replayed, stiffness
+from rcc_sim.physics.replay import run_replayed
 from rcc_sim.physics.rows import Measured
 from rcc_sim.simulate.columns import log_columns
 from rcc_sim.simulate.drive import ROUNDING, Drive
@@ -79,7 +79,7 @@ def replay(
     drive: Drive,
     recalls: Recalls = FREE,
     *,
-    held: float | None = None,
+    stiffness: float | None = None,
     substeps: int = 1,
     coarse: bool = False,
     turned: Array | None = None,
@@ -95,9 +95,9 @@ def replay(
         What is driven, and by what (:func:`drive_of`).
     recalls : (float, float, float)
         How speed and the speed loop's integral are drawn to what was measured (`FREE`).
-    held : float or None
-        Stiffness of the loop that the last of them is a share of; None: of the
-        vehicle's own (:func:`held_at`). [1/s]
+    stiffness : float or None
+        That of the loop, of which the last of them is a share; None: of the vehicle's
+        own (:func:`~rcc_sim.definitions.kernel.loop_stiffness`). [1/s]
     substeps : int
         Runs of the loop in place of one, to see what the time step costs.
     coarse : bool
@@ -157,8 +157,8 @@ def replay(
     else:
         lines = delay_lines(values)
         of_speed, of_integral, share = recalls
-        rate = held_at(vehicle) if held is None else held
-        back = (of_speed, of_integral, share * rate, ago)
+        stiff = loop_stiffness(vehicle) if stiffness is None else stiffness
+        back = (of_speed, of_integral, share * stiff, ago)
         over = (table, sinks, (drive.window, drive.felt))
         own.call(run_replayed, True, P, work, *given, lines, *over, back)
     if any(o.kind == "sensed" for o in vehicle.own_acting):
@@ -184,21 +184,6 @@ def replay(
         seen = {c: np.where(drive.unseen, np.nan, x) for c, x in seen.items()}
     seen["time_s"] = drive.time + drive.start
     return seen
-
-
-def held_at(vehicle: Vehicle) -> float:
-    """Return the rate at which a vehicle's speed loop holds its speed. [1/s]
-
-    Nil where it has none, or where the file does not state its gain or its motor.
-    """
-    control, K_t = vehicle.controller, motor_torque_constant(vehicle)
-    gain = control.proportional_gain_as_per_rad if control else None
-    if vehicle.mode != "speed" or gain is None or K_t is None:
-        return 0.0
-    n = vehicle.rad_per_m
-    J = figure_of(vehicle, rotor_inertia.EFFECT.id, "inertia_kgm2", 0.0)
-    M = vehicle.body.mass_kg.value + rotor_inertia.reflected_mass(J, n)
-    return float(stiffness(gain.value, K_t, n**2, M))
 
 
 def lift(vehicle: Vehicle, values: dict[str, dict[str, float]], wheels: float) -> None:

@@ -88,10 +88,8 @@ def surveyed_slope(
     distance, slope : ndarray, shape (k,)
         Middle of each cell [m], rise over run [1].
     """
-    digest = blake2b(str(time is None).encode(), digest_size=16)
-    for x in (distance, elevation, distance if time is None else time):
-        digest.update(np.ascontiguousarray(x).data)
-    key = digest.digest()
+    told = [distance, elevation] if time is None else [distance, elevation, time]
+    key = blake2b(np.stack(told).data).digest()
     with _one_at_a_time:
         if key not in _kept:
             while len(_kept) >= KEPT:

@@ -19,14 +19,12 @@ from rcc_sim.analyse.logcheck.relations_of_power import (
     power_relations,
     resting_relations,
 )
-from rcc_sim.definitions.kernel import motor_torque_constant
+from rcc_sim.definitions.kernel import loop_stiffness, motor_torque_constant
 from rcc_sim.definitions.vehicle import Vehicle
-from rcc_sim.simulate.replay import held_at
 from rcc_sim.units import G
 
 WHEELBASE = 1.3
 """Between a scaled car's and a van's: within 20 times of either, understeer too. [m]"""
-
 
 AT_ONCE = 50.0
 """Times that a loop has followed a command, beyond which more says no more."""
@@ -75,7 +73,7 @@ def at_its_end(m: Means, vehicle: Vehicle | None) -> float:
     """
     if vehicle is None or "speed_ref_mps" not in m.columns:
         return 1.0
-    x = min(m.row * held_at(vehicle), AT_ONCE)
+    x = min(m.row * loop_stiffness(vehicle), AT_ONCE)
     return x / expm1(x) if x > 0 else 1.0
 
 

@@ -151,10 +151,10 @@ def held_by(problem: Problem, noise: Mapping[str, float]) -> float:
     """
     vehicle, control = problem.vehicle, problem.vehicle.controller
     gain = control.proportional_gain_as_per_rad if control else None
-    if gain is None or not problem.held:
+    if gain is None or not problem.stiffness:
         return 1.0
     made = gain.value * vehicle.rad_per_m * sensor_noise(problem.log["speed_mps"])
-    made *= float(np.sqrt(problem.held * problem.row / 2))
+    made *= float(np.sqrt(problem.stiffness * problem.row / 2))
     per = {MOTOR: 1.0} | {
         c: float(np.nanmax(drawn_by_motor(vehicle, problem.nominal, c)))
         for c in (CURRENT, POWER)

@@ -15,6 +15,7 @@ from rcc_sim.analyse.gap_regimes import HELD, Scale, stands
 from rcc_sim.analyse.heading import TURN_RATE, turn_rate
 from rcc_sim.analyse.logcheck.rest import standing as surely_standing
 from rcc_sim.channel import interval_of, moving_mean, rows_in
+from rcc_sim.definitions.kernel import loop_stiffness
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.residuals.beside_motor import BesideMotor, beside_motor
 from rcc_sim.diagnose.residuals.lateness import clear_delay, likeliest_delay
@@ -32,7 +33,7 @@ from rcc_sim.diagnose.residuals.terminals import (
 )
 from rcc_sim.physics.effects import neutral_of
 from rcc_sim.simulate.drive import Drive, is_surveyed
-from rcc_sim.simulate.replay import FREE, RECALLS, Recalls, held_at, replay
+from rcc_sim.simulate.replay import FREE, RECALLS, Recalls, replay
 from rcc_sim.trace import Trace, integral_of
 
 Array = NDArray[np.float64]
@@ -131,12 +132,12 @@ class Problem:
         return interval_of(self.log["time_s"])
 
     @cached_property
-    def held(self) -> float:
+    def stiffness(self) -> float:
         """Rate at which the stated loop holds the speed: no fit may change it. [1/s]
 
         A loop that is sought softer would let the speed go where nothing holds it.
         """
-        return held_at(self.vehicle)
+        return loop_stiffness(self.vehicle)
 
     @cached_property
     def nominal(self) -> dict[str, Array]:
@@ -167,7 +168,7 @@ class Problem:
             vehicle,
             self.drive,
             recalls,
-            held=self.held,
+            stiffness=self.stiffness,
             coarse=coarse,
             turned=self.turned,
             wheels=own.get(WHEELS, 1.0),
