@@ -28,8 +28,9 @@ from rcc_sim.diagnose.residuals.problem import MIN_ROWS, Problem
 from rcc_sim.diagnose.residuals.repeated import not_shared
 from rcc_sim.diagnose.residuals.shapes import LATERAL
 from rcc_sim.diagnose.residuals.terminals import VOLTAGE
-from rcc_sim.diagnose.search.as_sent import as_sent, kept_alike
+from rcc_sim.diagnose.search.as_sent import as_sent
 from rcc_sim.diagnose.search.compete import compete
+from rcc_sim.diagnose.search.ways import kept_alike
 from rcc_sim.errors import InputError
 from rcc_sim.side_by_side import in_turn
 from rcc_sim.trace import Trace

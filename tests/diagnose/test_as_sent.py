@@ -1,5 +1,7 @@
 """Commands that are logged as they are sent, and hold until the next, are no delay."""
 
+from math import inf
+
 import numpy as np
 import pytest
 from scipy.ndimage import uniform_filter1d
@@ -9,11 +11,14 @@ from rcc_sim.definitions.cycle import Cycle, parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose import run
 from rcc_sim.diagnose.causes.candidates import candidates_for
+from rcc_sim.diagnose.causes.cause import Cause
+from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
+from rcc_sim.diagnose.fitting.knobs import Knob
 from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.run import diagnose
-from rcc_sim.diagnose.search.as_sent import freed
-from rcc_sim.diagnose.search.compete import compete
+from rcc_sim.diagnose.search.as_sent import freed, spares
+from rcc_sim.diagnose.search.compete import Explanation, compete
 from rcc_sim.physics.tables import SINCE
 from rcc_sim.similitude.cycles import scale_cycle
 from rcc_sim.simulate.drive import drive_of, holds
@@ -135,6 +140,24 @@ def test_a_delay_beyond_a_row_is_one(asked):
     (one,) = diagnose([log], CAR, candidates=rivals).asserted
     assert one.cause.effect == "steering_delay"
     assert one.figures["delay_s"].value == pytest.approx(0.08, abs=0.004)
+
+
+def test_a_way_is_explained_anew_where_a_cause_is_idle_there_and_not_for_one_in_need(
+    asked,
+):
+    engine = Engine([problem_of(sent(asked, 0.02, delay=0.08).log, CAR)])
+    null = descent.of_tolerances(engine)
+    keys = ("effects.steering_delay.delay_s", "effects.steering_gain.gain")
+    free = [Knob(keys[0], 0.0, inf, 0.0, 0.3), Knob(keys[1], 1.0, inf, 0.5, 2.0)]
+    fit = descent.fit(engine, null.values | {keys[0]: 0.08}, [*null.knobs, *free])
+    late, more = (Cause(key.split(".")[1], (key,), 60.0) for key in keys)
+
+    def spared(*causes):
+        return spares(engine, fit, Explanation(engine, null, fit, causes, {}))
+
+    assert not spared(late)
+    assert spared(more)
+    assert spared(late, more)
 
 
 STRAIGHT = (False, False)

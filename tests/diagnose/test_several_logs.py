@@ -15,7 +15,7 @@ from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.judge.stands import varying_as
 from rcc_sim.diagnose.proof.hold_out import energies, energy_percent
 from rcc_sim.diagnose.residuals.posed import problem_of
-from rcc_sim.diagnose.search.as_sent import every_way, kept_alike
+from rcc_sim.diagnose.search.ways import every_way, kept_alike
 from rcc_sim.physics.tables import LINE, SINCE
 from rcc_sim.simulate.run import simulate
 from rcc_sim.trace import Trace

@@ -12,7 +12,7 @@ from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.run import diagnose
-from rcc_sim.diagnose.search.as_sent import kept_alike
+from rcc_sim.diagnose.search.ways import kept_alike
 from rcc_sim.physics.tables import LINE, SINCE
 from rcc_sim.trace import Trace
 from tests import one_loop

@@ -2,29 +2,32 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Callable, Collection, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Sequence
 from functools import partial
 from math import inf
-from typing import Any
 
 import numpy as np
 
-from rcc_sim.analyse.sampled import SAMPLE, may_be_means
-from rcc_sim.definitions.sensors import ACCELEROMETERS
 from rcc_sim.diagnose.causes.cause import ENOUGH
 from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
+from rcc_sim.diagnose.fitting.without import refitted_without
 from rcc_sim.diagnose.noise.whitener import log_likelihood
-from rcc_sim.diagnose.residuals.problem import Problem
 from rcc_sim.diagnose.residuals.shapes import LATERAL
 from rcc_sim.diagnose.search.compete import Asked, Explanation, Way
-from rcc_sim.physics.tables import BEFORE, LINE, SINCE
+from rcc_sim.diagnose.search.ways import (
+    are_driven_as,
+    driven_as,
+    every_way,
+    holds_more,
+    is_asked,
+    is_logged_later,
+    other_way,
+    parts_of,
+    with_drives,
+)
 from rcc_sim.side_by_side import each
-from rcc_sim.simulate.drive import Drive
-from rcc_sim.simulate.spans import FLOWS
 
 LATE = {
     "reference_delay": 0,
@@ -70,11 +73,10 @@ def as_sent(
     begun = driven_as(engine, like=found.engine)
     if not found.causes and not liked:
         return begun, found
-    others = [engine, best] if liked else []
-    others += [way for way in ways if is_logged_later(way, begun)]
+    others = [way for way in ways if is_logged_later(way, begun)]
+    others += [w for w in (engine, best) if liked and w not in others]
     others = [way for way in others if not are_driven_as(way, begun)]
-    least = found.fit.score - (ENOUGH * len(found.causes) if liked else 0.0)
-    again = likeliest(others, found.engine, found.fit, least)
+    again = asked_again(others, found, fewer=liked)
     if again is None:
         return begun, found
     late = Likelier((), ways)  # a cause that a command which holds passes for
@@ -85,36 +87,38 @@ def as_sent(
     return begun, found
 
 
-def parts_of(best: Engine, engine: Engine, ways: Sequence[Engine]) -> list[Engine]:
-    """Return the ways in which each command runs as in the best, or as it is."""
+def asked_again(
+    ways: Sequence[Engine], found: Explanation, *, fewer: bool
+) -> Engine | None:
+    """Return the way in which what was found does better, or some of it as well.
 
-    def runs(one: Drive, other: Drive, now: Drive) -> bool:
-        each = zip(one.held, other.held, now.held, strict=True)
-        alike = averages_of(one) == averages_of(other)
-        return alike and all(a in (b, c) for a, b, c in each)
-
-    every = list(zip(best.problems, engine.problems, strict=True))
-    return [
-        way
-        for way in ways
-        if all(
-            runs(p.drive, q.drive, now.drive)
-            for p, (q, now) in zip(way.problems, every, strict=True)
-        )
-    ]
+    The second is asked where ``fewer`` causes may do, and of the likeliest way alone.
+    """
+    if not ways:
+        return None
+    way, there, fit = likeliest_of(ways, found.engine, found.fit)
+    if fit.score > found.fit.score or (fewer and spares(there, fit, found)):
+        return way
+    return None
 
 
-def is_logged_later(engine: Engine, begun: Engine) -> bool:
-    """Tell whether logs are driven as others, but for references that act before."""
-    pairs = [
-        (p.drive, q.drive)
-        for p, q in zip(engine.problems, begun.problems, strict=True)
-        if not p.drive.imposed
-    ]
-    return bool(pairs) and all(
-        way_of(d) == way_of(replace(other, held=(BEFORE, other.held[1])))
-        for d, other in pairs
-    )
+def spares(engine: Engine, fit: Fit, found: Explanation) -> bool:
+    """Tell whether logs are as likely by a fit without some of the causes found.
+
+    A cause fewer is worth what one must gain. One that varies is not asked.
+    """
+    causes = found.causes
+    for some in [*((c,) for c in causes), causes]:
+        least = found.fit.score - ENOUGH * len(some)
+        if fit.score <= least:
+            continue
+        if any(c.profiles for c in some):
+            return True
+        keys = {key for c in some for key in c.keys}
+        rest = refitted_without(engine, fit, keys)
+        if rest is not None and rest.score > least:
+            return True
+    return False
 
 
 class Likelier:
@@ -148,21 +152,6 @@ def freed(fit: Fit) -> set[str]:
     return {key.split(".")[1] for key in keys if key.startswith("effects.")}
 
 
-def holds_more(way: Engine, begun: Engine, commands: Collection[int]) -> bool:
-    """Tell whether logs are driven as others, but that some commands hold there."""
-
-    def held(drive: Drive) -> Drive:
-        first, second = (
-            SINCE if i in commands else h for i, h in enumerate(drive.held)
-        )
-        return replace(drive, held=(first, second))
-
-    return not are_driven_as(way, begun) and all(
-        way_of(p.drive) == way_of(held(q.drive))
-        for p, q in zip(way.problems, begun.problems, strict=True)
-    )
-
-
 def likeliest(
     ways: Sequence[Engine], engine: Engine, fit: Fit, least: float
 ) -> Engine | None:
@@ -170,10 +159,20 @@ def likeliest(
 
     None where none scores more than the ``least``.
     """
+    if not ways:
+        return None
+    way, _, now = likeliest_of(ways, engine, fit)
+    return way if now.score > least else None
+
+
+def likeliest_of(
+    ways: Sequence[Engine], engine: Engine, fit: Fit
+) -> tuple[Engine, Engine, Fit]:
+    """Return the way in which logs are likeliest, logs driven so, and figures there."""
     others = [driven_as(engine, like=way) for way in ways]
-    scores = each(lambda e: descent.fit(e, fit.values, fit.knobs).score, others)
-    best = int(np.argmax([least, *scores]))
-    return ways[best - 1] if best else None
+    fits = each(lambda e: descent.fit(e, fit.values, fit.knobs), others)
+    every = zip(ways, others, fits, strict=True)
+    return max(every, key=lambda way: way[2].score)
 
 
 def averaged(
@@ -202,16 +201,6 @@ def averaged(
     return (other, again) if better > ENOUGH * (1 + more) else (engine, found)
 
 
-def other_way(engine: Engine, asked: Sequence[bool]) -> Engine:
-    """Return logs whose flows are means where they were samples, or the reverse."""
-    drives = [p.drive for p in engine.problems]
-    for i, drive in enumerate(drives):
-        if asked[i]:
-            window = inf if drive.window < inf else SAMPLE
-            drives[i] = replace(drive, window=window)
-    return with_drives(engine, drives)
-
-
 def answered(engine: Engine, fit: Fit) -> float:
     """Log-likelihood of how a car answers its steering, and prior of all figures.
 
@@ -223,132 +212,6 @@ def answered(engine: Engine, fit: Fit) -> float:
         for (_, channel), left, noise in each
         if channel in LATERAL
     )
-
-
-def is_asked(problem: Problem) -> bool:
-    """Tell whether an accelerometer may tell if a log's flows are samples or means."""
-    turns = problem.drive.imposed and problem.drive.steered
-    long = may_be_means(problem.row, imposed=True) and problem.charge is None
-    return turns and long and "accel_y_mps2" in problem.channels
-
-
-def driven_as(engine: Engine, like: Engine) -> Engine:
-    """Return logs whose commands hold, and whose flows are means, as in others."""
-    drives = [
-        replace(p.drive, **way_of(q.drive))
-        for p, q in zip(engine.problems, like.problems, strict=True)
-    ]
-    return with_drives(engine, drives)
-
-
-def kept_alike(problems: Sequence[Problem], like: Engine) -> list[Problem]:
-    """Return logs that were kept back, driven as those that were fitted were found.
-
-    One logger wrote them: commands run, and flows are samples or means, as in the most
-    of those that are imposed as they are, or commanded.
-    """
-
-    def one(p: Problem) -> Problem:
-        same = [q for q in like.problems if q.drive.imposed == p.drive.imposed]
-        if not same or (p.drive.imposed and not is_asked(p)):
-            return p
-        ways = Counter(
-            (q.drive.held, q.drive.window <= SAMPLE, q.drive.felt) for q in same
-        )
-        held, samples, felt = max(ways, key=ways.__getitem__)
-        means = inf if p.drive.imposed or can_be_means(p) else p.drive.window
-        window = min(p.drive.window, SAMPLE) if samples else means
-        drive = replace(p.drive, held=held, window=window, felt=felt)
-        return replace(p, drive=drive)
-
-    return [one(p) for p in problems]
-
-
-def are_driven_as(engine: Engine, like: Engine) -> bool:
-    """Tell whether the commands of logs hold, and flows are means, as in others."""
-    pairs = zip(engine.problems, like.problems, strict=True)
-    return all(way_of(p.drive) == way_of(q.drive) for p, q in pairs)
-
-
-def way_of(drive: Drive) -> dict[str, Any]:
-    """Return how commands run between rows, and over what flows are averaged."""
-    return {"held": drive.held, **averages_of(drive)}
-
-
-def averages_of(drive: Drive) -> dict[str, float]:
-    """Return over what times before its rows flows and accelerations are averaged."""
-    return {"window": drive.window, "felt": drive.felt}
-
-
-def with_drives(engine: Engine, drives: Sequence[Drive]) -> Engine:
-    """Return the logs with other drives."""
-    pairs = zip(engine.problems, drives, strict=True)
-    return Engine([replace(p, drive=drive) for p, drive in pairs])
-
-
-def every_way(problems: Sequence[Problem]) -> list[list[Drive]]:
-    """Return the drives of logs, commands and averages in every way.
-
-    One logger wrote them: what is asked is asked of all that are driven by commands, of
-    the steering also where the motion that was measured drives a car that is steered by
-    commands. A car that takes its reference by a clock of its own
-    (``reference_sampling``) may have been logged after it: a row then shows what has
-    acted since that clock struck.
-    """
-    commanded = any(not p.drive.imposed for p in problems)
-    if not commanded and not any(map(is_steered_by_commands, problems)):
-        return []
-    clocked = any("reference_sampling" in p.vehicle.effects for p in problems)
-    references = (LINE, SINCE, BEFORE)[: 2 + clocked] if commanded else (LINE,)
-    ways = [(r, s) for r in references for s in (LINE, SINCE)]
-    every = dict.fromkeys(zip(*map(averages_in_turn, problems), strict=True))
-
-    def one(p: Problem, way: tuple[int, int], over: tuple[float, float]) -> Drive:
-        if not p.drive.imposed:
-            return replace(p.drive, held=way, window=over[0], felt=over[1])
-        if is_steered_by_commands(p):
-            return replace(p.drive, held=(p.drive.held[0], way[1]))
-        return p.drive
-
-    return [
-        [one(p, way, over) for p, over in zip(problems, averages, strict=True)]
-        for way in ways
-        for averages in every
-    ]
-
-
-def averages_in_turn(problem: Problem) -> list[tuple[float, float]]:
-    """Return over what times before its rows flows and accelerations are averaged.
-
-    All samples, all means, and means beside accelerometers that are sampled: an
-    inverter tells what flowed since it was asked before, a chip what it feels.
-    """
-    own = problem.drive.window
-    if problem.drive.imposed:
-        return 3 * [(own, inf)]
-    means = can_be_means(problem)
-    over = inf if means else own
-    felt = SAMPLE if means and set(ACCELEROMETERS) & set(problem.channels) else inf
-    return [(min(own, SAMPLE), inf), (over, inf), (over, felt)]
-
-
-def can_be_means(problem: Problem) -> bool:
-    """Tell whether flows of a commanded drive are far enough apart to be means.
-
-    As its logger was asked by commands that run straight between rows, it may have been
-    told wrong of those that hold: those of a stiff loop come all at once.
-    """
-    flows = any(c in FLOWS for c in problem.channels) and not problem.drive.imposed
-    return flows and may_be_means(problem.row, imposed=False)
-
-
-def is_steered_by_commands(problem: Problem) -> bool:
-    """Tell whether the steering that a log has was sent to the car, not turned by hand.
-
-    Where it is asked as well if flows are means, the steering's half row tells that.
-    """
-    sent = problem.drive.steered and problem.vehicle.mode != "torque"
-    return sent and not is_asked(problem)
 
 
 def likelihood(engine: Engine) -> float:

@@ -1,0 +1,200 @@
+"""Ways in which logs may be driven: how commands run between rows, what is averaged."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+from math import inf
+from typing import Any
+
+from rcc_sim.analyse.sampled import SAMPLE, may_be_means
+from rcc_sim.definitions.sensors import ACCELEROMETERS
+from rcc_sim.diagnose.fitting.engine import Engine
+from rcc_sim.diagnose.residuals.problem import Problem
+from rcc_sim.physics.tables import BEFORE, LINE, SINCE
+from rcc_sim.simulate.drive import Drive
+from rcc_sim.simulate.spans import FLOWS
+
+
+def every_way(problems: Sequence[Problem]) -> list[list[Drive]]:
+    """Return the drives of logs, commands and averages in every way.
+
+    One logger wrote them: what is asked is asked of all that are driven by commands, of
+    the steering also where the motion that was measured drives a car that is steered by
+    commands. A car that takes its reference by a clock of its own
+    (``reference_sampling``) may have been logged after it: a row then shows what has
+    acted since that clock struck.
+    """
+    commanded = any(not p.drive.imposed for p in problems)
+    if not commanded and not any(map(is_steered_by_commands, problems)):
+        return []
+    clocked = any("reference_sampling" in p.vehicle.effects for p in problems)
+    references = (LINE, SINCE, BEFORE)[: 2 + clocked] if commanded else (LINE,)
+    ways = [(r, s) for r in references for s in (LINE, SINCE)]
+    every = dict.fromkeys(zip(*map(averages_in_turn, problems), strict=True))
+
+    def one(p: Problem, way: tuple[int, int], over: tuple[float, float]) -> Drive:
+        if not p.drive.imposed:
+            return replace(p.drive, held=way, window=over[0], felt=over[1])
+        if is_steered_by_commands(p):
+            return replace(p.drive, held=(p.drive.held[0], way[1]))
+        return p.drive
+
+    return [
+        [one(p, way, over) for p, over in zip(problems, averages, strict=True)]
+        for way in ways
+        for averages in every
+    ]
+
+
+def averages_in_turn(problem: Problem) -> list[tuple[float, float]]:
+    """Return over what times before its rows flows and accelerations are averaged.
+
+    All samples, all means, and means beside accelerometers that are sampled: an
+    inverter tells what flowed since it was asked before, a chip what it feels.
+    """
+    own = problem.drive.window
+    if problem.drive.imposed:
+        return 3 * [(own, inf)]
+    means = can_be_means(problem)
+    over = inf if means else own
+    felt = SAMPLE if means and set(ACCELEROMETERS) & set(problem.channels) else inf
+    return [(min(own, SAMPLE), inf), (over, inf), (over, felt)]
+
+
+def can_be_means(problem: Problem) -> bool:
+    """Tell whether flows of a commanded drive are far enough apart to be means.
+
+    As its logger was asked by commands that run straight between rows, it may have been
+    told wrong of those that hold: those of a stiff loop come all at once.
+    """
+    flows = any(c in FLOWS for c in problem.channels) and not problem.drive.imposed
+    return flows and may_be_means(problem.row, imposed=False)
+
+
+def is_steered_by_commands(problem: Problem) -> bool:
+    """Tell whether the steering that a log has was sent to the car, not turned by hand.
+
+    Where it is asked as well if flows are means, the steering's half row tells that.
+    """
+    sent = problem.drive.steered and problem.vehicle.mode != "torque"
+    return sent and not is_asked(problem)
+
+
+def is_asked(problem: Problem) -> bool:
+    """Tell whether an accelerometer may tell if a log's flows are samples or means."""
+    turns = problem.drive.imposed and problem.drive.steered
+    long = may_be_means(problem.row, imposed=True) and problem.charge is None
+    return turns and long and "accel_y_mps2" in problem.channels
+
+
+def with_drives(engine: Engine, drives: Sequence[Drive]) -> Engine:
+    """Return the logs with other drives."""
+    pairs = zip(engine.problems, drives, strict=True)
+    return Engine([replace(p, drive=drive) for p, drive in pairs])
+
+
+def driven_as(engine: Engine, like: Engine) -> Engine:
+    """Return logs whose commands hold, and whose flows are means, as in others."""
+    drives = [
+        replace(p.drive, **way_of(q.drive))
+        for p, q in zip(engine.problems, like.problems, strict=True)
+    ]
+    return with_drives(engine, drives)
+
+
+def are_driven_as(engine: Engine, like: Engine) -> bool:
+    """Tell whether the commands of logs hold, and flows are means, as in others."""
+    pairs = zip(engine.problems, like.problems, strict=True)
+    return all(way_of(p.drive) == way_of(q.drive) for p, q in pairs)
+
+
+def way_of(drive: Drive) -> dict[str, Any]:
+    """Return how commands run between rows, and over what flows are averaged."""
+    return {"held": drive.held, **averages_of(drive)}
+
+
+def averages_of(drive: Drive) -> dict[str, float]:
+    """Return over what times before its rows flows and accelerations are averaged."""
+    return {"window": drive.window, "felt": drive.felt}
+
+
+def parts_of(best: Engine, engine: Engine, ways: Sequence[Engine]) -> list[Engine]:
+    """Return the ways in which each command runs as in the best, or as it is."""
+
+    def runs(one: Drive, other: Drive, now: Drive) -> bool:
+        each = zip(one.held, other.held, now.held, strict=True)
+        alike = averages_of(one) == averages_of(other)
+        return alike and all(a in (b, c) for a, b, c in each)
+
+    every = list(zip(best.problems, engine.problems, strict=True))
+    return [
+        way
+        for way in ways
+        if all(
+            runs(p.drive, q.drive, now.drive)
+            for p, (q, now) in zip(way.problems, every, strict=True)
+        )
+    ]
+
+
+def holds_more(way: Engine, begun: Engine, commands: Collection[int]) -> bool:
+    """Tell whether logs are driven as others, but that some commands hold there."""
+
+    def held(drive: Drive) -> Drive:
+        first, second = (
+            SINCE if i in commands else h for i, h in enumerate(drive.held)
+        )
+        return replace(drive, held=(first, second))
+
+    return not are_driven_as(way, begun) and all(
+        way_of(p.drive) == way_of(held(q.drive))
+        for p, q in zip(way.problems, begun.problems, strict=True)
+    )
+
+
+def is_logged_later(engine: Engine, begun: Engine) -> bool:
+    """Tell whether logs are driven as others, but for references that act before."""
+    pairs = [
+        (p.drive, q.drive)
+        for p, q in zip(engine.problems, begun.problems, strict=True)
+        if not p.drive.imposed
+    ]
+    return bool(pairs) and all(
+        way_of(d) == way_of(replace(other, held=(BEFORE, other.held[1])))
+        for d, other in pairs
+    )
+
+
+def other_way(engine: Engine, asked: Sequence[bool]) -> Engine:
+    """Return logs whose flows are means where they were samples, or the reverse."""
+    drives = [p.drive for p in engine.problems]
+    for i, drive in enumerate(drives):
+        if asked[i]:
+            window = inf if drive.window < inf else SAMPLE
+            drives[i] = replace(drive, window=window)
+    return with_drives(engine, drives)
+
+
+def kept_alike(problems: Sequence[Problem], like: Engine) -> list[Problem]:
+    """Return logs that were kept back, driven as those that were fitted were found.
+
+    One logger wrote them: commands run, and flows are samples or means, as in the most
+    of those that are imposed as they are, or commanded.
+    """
+
+    def one(p: Problem) -> Problem:
+        same = [q for q in like.problems if q.drive.imposed == p.drive.imposed]
+        if not same or (p.drive.imposed and not is_asked(p)):
+            return p
+        ways = Counter(
+            (q.drive.held, q.drive.window <= SAMPLE, q.drive.felt) for q in same
+        )
+        held, samples, felt = max(ways, key=ways.__getitem__)
+        means = inf if p.drive.imposed or can_be_means(p) else p.drive.window
+        window = min(p.drive.window, SAMPLE) if samples else means
+        drive = replace(p.drive, held=held, window=window, felt=felt)
+        return replace(p, drive=drive)
+
+    return [one(p) for p in problems]
