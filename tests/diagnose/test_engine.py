@@ -85,6 +85,31 @@ def test_a_way_that_looks_stiffer_than_it_is_is_gone_at_a_stretch(kinks):
     )
 
 
+def test_signals_that_are_near_are_not_found_anew_and_others_are():
+    engine = bumpy(0.0)
+    found = []
+
+    def counted(values, knobs):
+        found.append(values["x"])
+        return [[-np.linspace(0, 1, 400)]]
+
+    engine.signals = counted
+    fit = descent.fit(engine, {"x": 0.0}, [Knob("x", 0.0)])
+    assert fit.near
+    assert found[-1] == pytest.approx(fit.values["x"], abs=fit.sds()[0])
+    found.clear()
+    same = descent.improve(
+        engine, fit, along=engine.whitened(fit.signals, fit.noise), rounds=9
+    )
+    assert not found
+    assert same.score >= fit.score
+    far = engine.at(fit, {"x": 0.0})
+    assert not far.near  # what it comes with was found where it no longer is
+    back = descent.refit(engine, far)
+    assert found
+    assert back.values["x"] == pytest.approx(fit.values["x"], abs=0.1 * fit.sds()[0])
+
+
 def test_half_a_log_asks_for_no_figures_that_no_vehicle_has():
     engine = bumpy(0.0)
     fit = descent.fit(engine, {"x": 1.0}, [Knob("x", 1.0)])

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose.causes.cause import ENOUGH
 from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.knobs import Knob, nuisance_knobs
@@ -117,6 +118,6 @@ def test_what_acts_gains_more_where_the_hill_gives_way_and_what_does_not_nothing
     engine, fit, hill = over_hills
     alone = nats_of_another(engine, fit, hill)
     fixed = beside(engine, fit, LOSS, 0.95, 0.0, 1.0, 1e-3)
-    assert nats_of_another(engine, fixed, hill) - alone > 18
+    assert nats_of_another(engine, fixed, hill) - alone > ENOUGH
     heavier = beside(engine, fit, "effects.payload.mass_kg", 50.0, 0.0, 500.0, 5.0)
-    assert nats_of_another(engine, heavier, hill) - alone == pytest.approx(0, abs=3)
+    assert abs(nats_of_another(engine, heavier, hill) - alone) < ENOUGH / 4

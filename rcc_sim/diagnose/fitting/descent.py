@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
-from math import isfinite
+from math import inf, isfinite
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,14 +62,15 @@ def fit(
     start: dict[str, float],
     knobs: Sequence[Knob],
     noise: list[Whitener] | None = None,
+    signals: list[list[Array]] | None = None,
 ) -> Fit:
     """Maximum a posteriori under the noise that it leaves.
 
     What is missing yet counts as noise, and hides itself: the noise is learnt anew
-    as long as that leads on.
+    as long as that leads on. Signals may be given that were found nearby.
     """
     now = engine.evaluate({**{k.key: k.value for k in knobs}, **start}, knobs, noise)
-    now = replace(now, signals=engine.signals(now.values, now.knobs))
+    now = replace(now, signals=signals or engine.signals(now.values, now.knobs))
     for turn in range(LEARNT):
         before = now.score
         now = improved(engine, now, 2 if noise is None and not turn else ROUNDS)
@@ -78,6 +79,11 @@ def fit(
         if turn and gain < SETTLED:
             break
     return now
+
+
+def refit(engine: Engine, found: Fit, noise: list[Whitener] | None = None) -> Fit:
+    """Fit anew, from where the same figures were fitted to logs much like these."""
+    return fit(engine, found.values, found.knobs, noise, found.signals)
 
 
 def of_tolerances(engine: Engine) -> Fit:
@@ -105,27 +111,29 @@ def improve(
 ) -> Fit:
     """Return a better fit under the same noise, after some rounds at most.
 
-    Signals may be given that were found nearby. They are found anew, unless they
-    are ``fixed``, once a step along them gains less than it should. None is tried that
-    promises no more than the ``least`` nats.
+    Signals may be given, as those of the fit. They are found anew, unless they are
+    ``fixed`` or near, once a step along them gains less than it should. None is tried
+    that promises no more than the ``least`` nats.
     """
-    tangent, old = along, along is not None
+    tangent = along
+    since = inf if along and not now.near else 0.0  # nats since its signals were found
     for turn in range(rounds):
         if tangent is None:
-            tangent, old = engine.tangent(now.values, now.knobs, now.noise), False
+            tangent, since = engine.tangent(now.values, now.knobs, now.noise), 0.0
         new, promised = advance(engine, now, tangent, least)
-        old |= any(
+        if any(
             k.stride < MUCH * was.stride
             for k, was in zip(new.knobs, now.knobs, strict=True)
-        )
+        ):
+            since = inf
         gain, now = new.score - now.score, new
         settled = gain < (LITTLE if turn < PATIENT else SETTLED)
-        if settled and (fixed or not old):
+        if settled and (fixed or since < SETTLED):
             break
-        if not fixed and (old or gain < MUCH * promised):
-            tangent = None
-        old = True
-    return now
+        if not fixed and (since >= SETTLED or gain < MUCH * promised):
+            tangent, since = None, inf
+        since += gain
+    return replace(now, near=since < SETTLED)
 
 
 def advance(

@@ -43,6 +43,8 @@ class Fit:
         Curvature of the log-posterior at the figures.
     signals : list of list of ndarray
         d(residual)/d(knob), per knob and track.
+    near : bool
+        Whether those were found near the figures: a step away that gained little.
     """
 
     values: dict[str, float]
@@ -53,6 +55,7 @@ class Fit:
     residuals: list[Array]
     information: Array = field(default_factory=lambda: np.zeros((0, 0)))
     signals: list[list[Array]] = field(default_factory=list)
+    near: bool = False
 
     @property
     def score(self) -> float:

@@ -171,7 +171,7 @@ def settled(
             if best is None:
                 break
             causes[i] = best.in_place_of(causes[i])
-            fit = descent.fit(engine, best.fit.values, best.fit.knobs)
+            fit = descent.refit(engine, best.fit)
             mine = in_place(engine, fit, causes[i], causes, candidates)
         found[causes[i].effect] = mine
     return Settled(fit, with_ties(causes, found), found)

@@ -266,7 +266,7 @@ def instead(
         found[i] = probe.sharper(likeliest, i, x, counts[i])
     start = with_acting(engine, {i: p.reversed for i, p in cause.profiles.items()})
     now = with_acting(start, found)
-    return start, now, descent.fit(now, fit.values, fit.knobs), found
+    return start, now, descent.refit(now, fit), found
 
 
 def levelled(
@@ -313,7 +313,7 @@ def cut(
     if not any(p.value.any() for p in beyond.values()):
         return engine, fit, cause
     engine = with_acting(start, possible)
-    less = descent.fit(engine, fit.values, fit.knobs)
+    less = descent.refit(engine, fit)
     nats = fit.score - less.score
     return engine, less, replace(cause, profiles=possible, cut=beyond, cut_nats=nats)
 

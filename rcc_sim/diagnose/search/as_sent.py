@@ -170,7 +170,7 @@ def likeliest_of(
 ) -> tuple[Engine, Engine, Fit]:
     """Return the way in which logs are likeliest, logs driven so, and figures there."""
     others = [driven_as(engine, like=way) for way in ways]
-    fits = each(lambda e: descent.fit(e, fit.values, fit.knobs), others)
+    fits = each(lambda e: descent.refit(e, fit), others)
     every = zip(ways, others, fits, strict=True)
     return max(every, key=lambda way: way[2].score)
 
@@ -192,7 +192,7 @@ def averaged(
         return engine, found
     other = other_way(engine, asked)
     as_found = driven_as(found.engine, like=other)
-    now = descent.fit(as_found, found.fit.values, found.fit.knobs)
+    now = descent.refit(as_found, found.fit)
     if answered(as_found, now) <= answered(found.engine, found.fit) + ENOUGH:
         return engine, found
     again = explained(other, None, None)

@@ -74,4 +74,4 @@ def beside_courses(engine: Engine, look: Look, causes: Sequence[Cause]) -> Look:
 
 def fitted(engine: Engine, refined: Fit) -> Fit:
     """Return a fit by its own noise, from where it was refined by another's."""
-    return descent.fit(engine, refined.values, refined.knobs, refined.noise)
+    return descent.refit(engine, refined, refined.noise)

@@ -34,7 +34,7 @@ def without_outdone(
             continue
         if fit.score - others.score < min(map(enough_of, cause.profiles.values())):
             causes = [c for c in causes if c is not cause]
-            engine, fit = bare, descent.fit(bare, others.values, fit.knobs)
+            engine, fit = bare, descent.refit(bare, others)
     return engine, causes, fit
 
 
@@ -51,7 +51,7 @@ def without_idle(
         eased = max(fit.prior - less.prior, 0.0)
         if fit.score - less.score + eased < ENOUGH:
             causes = [c for c in causes if c is not cause]
-            fit = descent.fit(engine, less.values, less.knobs, less.noise)
+            fit = descent.refit(engine, less, less.noise)
     return causes, fit
 
 
@@ -66,7 +66,7 @@ def one_alone(
         return causes, fit
     taken = {c.effect for c in causes}
     for one in (r for r in close if r.screened.candidate.effect not in taken):
-        alone = descent.fit(engine, one.fit.values, one.fit.knobs, one.fit.noise)
+        alone = descent.refit(engine, one.fit, one.fit.noise)
         if alone.score > fit.score - ENOUGH * (len(causes) - 1):
             return [cause_of(engine, replace(one, fit=alone), alone.noise)], alone
     return causes, fit

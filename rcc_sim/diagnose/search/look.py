@@ -102,7 +102,7 @@ def come_to_rest(engine: Engine, fit: Fit, best: Refined) -> Fit | None:
     gained = engine.judged(others, fit.noise).score - fit.score
     if gained < TIED or best.reaches(ENOUGH + gained):
         return None
-    return descent.fit(engine, others.values, others.knobs, fit.noise)
+    return descent.refit(engine, others, fit.noise)
 
 
 def free_of(
