@@ -42,7 +42,7 @@ class Engine(SimpleNamespace):
 
 @pytest.mark.parametrize("share", [0.1, 0.5])
 def test_noise_is_learnt_until_that_leads_no_further(share, monkeypatch):
-    def improved(engine, now, rounds):
+    def improved(engine, now, rounds, *, settled):
         return Fitted(now.score + now.off - now.noise, now.noise, now.noise)
 
     monkeypatch.setattr(descent, "improved", improved)

@@ -110,6 +110,27 @@ def test_signals_that_are_near_are_not_found_anew_and_others_are():
     assert back.values["x"] == pytest.approx(fit.values["x"], abs=0.1 * fit.sds()[0])
 
 
+def test_a_figure_that_sleeps_is_asked_once_a_fit_and_then_it_may_wake():
+    engine, asked = bumpy(0.0), []
+    acts = {"x": -np.linspace(0, 1, 400), "y": np.zeros(400)}
+
+    def counted(values, knobs):
+        asked.extend(k.key for k in knobs)
+        return [[acts[k.key]] for k in knobs]
+
+    engine.signals = counted
+    knobs = [Knob("x", 0.0), Knob("y", 0.0, sd=1.0)]
+    fit = descent.fit(engine, {"x": 0.0}, knobs)
+    assert asked.count("x") > 1
+    assert asked.count("y") == 1
+    assert fit.asleep == [1]
+    assert fit.sds()[1] == pytest.approx(1.0)
+    acts["y"] = -np.ones(400)
+    woken = descent.refit(engine, fit)
+    assert woken.asleep == []
+    assert woken.sds()[1] < 0.1
+
+
 def test_half_a_log_asks_for_no_figures_that_no_vehicle_has():
     engine = bumpy(0.0)
     fit = descent.fit(engine, {"x": 1.0}, [Knob("x", 1.0)])

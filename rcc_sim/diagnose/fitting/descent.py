@@ -27,9 +27,8 @@ LEARNT = 8
 offset of a battery's voltage and its resistance, by which noise that remembers may pass
 for either, took seven."""
 
-LEAPS, SETTLED = 4, 0.5
-"""Steps along which a figure is followed, or times that thresholds leap, at most; and
-nats below which no more."""
+SETTLED = 0.5
+"""Nats below which no figure is moved any more."""
 
 MUCH = 0.5
 """Share of what a step promised below which its signals are found anew; and of a finite
@@ -67,13 +66,15 @@ def fit(
     """Maximum a posteriori under the noise that it leaves.
 
     What is missing yet counts as noise, and hides itself: the noise is learnt anew
-    as long as that leads on. Signals may be given that were found nearby.
+    as long as that leads on. Signals may be given that were found nearby; what slept
+    there is asked once whether it still does.
     """
     now = engine.evaluate({**{k.key: k.value for k in knobs}, **start}, knobs, noise)
-    now = replace(now, signals=signals or engine.signals(now.values, now.knobs))
+    now = roused(engine, replace(now, signals=signals or []))
     for turn in range(LEARNT):
         before = now.score
-        now = improved(engine, now, 2 if noise is None and not turn else ROUNDS)
+        few = noise is None and not turn
+        now = improved(engine, now, 2 if few else ROUNDS, settled=turn > 0)
         gain = now.score - before
         now = engine.judged(now, engine.learn_noise(now.residuals))
         if turn and gain < SETTLED:
@@ -92,10 +93,16 @@ def of_tolerances(engine: Engine) -> Fit:
     return fit(engine, starts_of(problems), nuisance_knobs(problems))
 
 
-def improved(engine: Engine, now: Fit, rounds: int) -> Fit:
-    """Return a better fit under the same noise, thresholds in the best hollow."""
+def improved(engine: Engine, now: Fit, rounds: int, *, settled: bool = False) -> Fit:
+    """Return a better fit under the same noise, thresholds in the best hollow.
+
+    One that had ``settled``, by other noise, has them there unless it moves.
+    """
+    before = now.score
     along = engine.whitened(now.signals, now.noise)
     now = improve(engine, now, along=along, rounds=rounds)
+    if settled and now.score < before + SETTLED:
+        return now
     leapt = leap(engine, now)
     return now if leapt is now else improve(engine, leapt, rounds=rounds)
 
@@ -119,7 +126,7 @@ def improve(
     since = inf if along and not now.near else 0.0  # nats since its signals were found
     for turn in range(rounds):
         if tangent is None:
-            tangent, since = engine.tangent(now.values, now.knobs, now.noise), 0.0
+            tangent, since = tangent_of(engine, now), 0.0
         new, promised = advance(engine, now, tangent, least)
         if any(
             k.stride < MUCH * was.stride
@@ -134,6 +141,29 @@ def improve(
             tangent, since = None, inf
         since += gain
     return replace(now, near=since < SETTLED)
+
+
+def roused(engine: Engine, now: Fit) -> Fit:
+    """Return a fit with the signals that it lacks, and of what slept its new ones."""
+    lacking = now.asleep if now.signals else range(len(now.knobs))
+    if not lacking:
+        return now
+    found = engine.signals(now.values, [now.knobs[i] for i in lacking])
+    known = dict(enumerate(now.signals)) | dict(zip(lacking, found, strict=True))
+    return replace(now, signals=[known[i] for i in range(len(now.knobs))])
+
+
+def tangent_of(engine: Engine, now: Fit) -> Tangent:
+    """How residuals change with the figures of a fit, those that sleep let be.
+
+    Of a car that goes straight on they are the half.
+    """
+    slept = now.asleep
+    awake = [k for i, k in enumerate(now.knobs) if i not in slept]
+    found = iter(engine.signals(now.values, awake))
+    every = range(len(now.knobs))
+    J = [now.signals[i] if i in slept else next(found) for i in every]
+    return engine.whitened(J, now.noise)
 
 
 def advance(
@@ -348,27 +378,3 @@ def climbed(engine: Engine, now: Fit, knob: Knob, tried: Iterable[float] = ()) -
             before, x = best, best.values[knob.key]
             best = best_of([x + n * way for n in AHEAD], best)
     return replace(best, information=now.information, signals=now.signals)
-
-
-def followed(engine: Engine, now: Fit, key: str) -> Fit:
-    """Follow one figure as far as it gains, the others giving way along curves.
-
-    At each step it is held until the others have settled: in a narrow valley that
-    bends, a step of all figures at once leads nowhere.
-    """
-    for _ in range(LEAPS):
-        along = engine.tangent(now.values, now.knobs, now.noise)
-        step, _ = newton_step(engine, now, along.white)
-        for share in SHORTER:
-            moved = figures_after(now, share * step)
-            others = [k for k in now.knobs if k.key != key]
-            held = engine.attempt(moved, others, now.noise)
-            if held is None:
-                continue
-            new = improve(engine, held, rounds=2)
-            if new.score > now.score + SETTLED:
-                now = replace(new, knobs=now.knobs)
-                break
-        else:
-            break
-    return now

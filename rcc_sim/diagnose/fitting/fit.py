@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from math import hypot, sqrt
+from math import hypot, inf, sqrt
 from typing import TypeAlias
 
 import numpy as np
@@ -71,6 +71,21 @@ class Fit:
     def prior_sd(self) -> Array:
         """Standard deviations of what is expected of them, shape (k,)."""
         return np.array([k.sd for k in self.knobs])
+
+    @property
+    def asleep(self) -> list[int]:
+        """Which of the stated figures change nothing where they are stated."""
+        if len(self.signals) != len(self.knobs):
+            return []
+        return [
+            i
+            for i, (knob, tracks) in enumerate(
+                zip(self.knobs, self.signals, strict=True)
+            )
+            if knob.sd < inf
+            and self.values[knob.key] == knob.value
+            and not any(np.nan_to_num(x).any() for x in tracks)
+        ]
 
     def holding(self, *keys: str) -> Fit:
         """Return the same with some figures held where they are."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from math import inf
-
 import numpy as np
 
 from rcc_sim.diagnose.fitting import descent
@@ -65,10 +63,5 @@ def within_reach(engine: Engine, fit: Fit) -> list[Knob]:
 
 def asleep(fit: Fit) -> list[Knob]:
     """Return the stated figures of the vehicle that change nothing in the logs."""
-    return [
-        knob
-        for knob, tracks in zip(fit.knobs, fit.signals, strict=True)
-        if knob.sd < inf
-        and not knob.key.startswith(BIAS)
-        and not any(np.nan_to_num(x).any() for x in tracks)
-    ]
+    sleeping = [fit.knobs[i] for i in fit.asleep]
+    return [knob for knob in sleeping if not knob.key.startswith(BIAS)]

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import inf, isfinite
 
 from rcc_sim.diagnose.causes.cause import TIED
 from rcc_sim.diagnose.fitting import descent
-from rcc_sim.diagnose.fitting.descent import LEAPS, MUCH, SETTLED
+from rcc_sim.diagnose.fitting.descent import MUCH, SETTLED, SHORTER
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit, Tangent
 from rcc_sim.diagnose.fitting.knobs import Knob
@@ -16,6 +17,9 @@ from rcc_sim.diagnose.search.screen import Screened
 STEPS, ANEW = 6, 4
 """Steps of a candidate along the signals of the base, and rounds with signals found
 anew where it has not settled by then."""
+
+LEAPS = 4
+"""Steps along which a figure is followed, or times that thresholds leap, at most."""
 
 
 def with_effect(
@@ -55,9 +59,33 @@ def from_nothing(engine: Engine, base: Fit, screened: Screened, found: Fit) -> F
     start = engine.attempt(base.values | {key: search.neutral}, found.knobs, base.noise)
     if start is None:
         return found
-    new = descent.followed(engine, start, key)
+    new = followed(engine, start, key)
     new = descent.improve(engine, new, rounds=ANEW, least=SETTLED)
     return new if new.score > found.score else found
+
+
+def followed(engine: Engine, now: Fit, key: str) -> Fit:
+    """Follow one figure as far as it gains, the others giving way along curves.
+
+    At each step it is held until the others have settled: in a narrow valley that
+    bends, a step of all figures at once leads nowhere.
+    """
+    for _ in range(LEAPS):
+        along = engine.tangent(now.values, now.knobs, now.noise)
+        step, _ = descent.newton_step(engine, now, along.white)
+        for share in SHORTER:
+            moved = descent.figures_after(now, share * step)
+            others = [k for k in now.knobs if k.key != key]
+            held = engine.attempt(moved, others, now.noise)
+            if held is None:
+                continue
+            new = descent.improve(engine, held, rounds=2)
+            if new.score > now.score + SETTLED:
+                now = replace(new, knobs=now.knobs)
+                break
+        else:
+            break
+    return now
 
 
 def pursued(

@@ -16,7 +16,7 @@ from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.fitting.knobs import BIAS
 from rcc_sim.diagnose.fitting.pulls import TOO_FAR, pulled
-from rcc_sim.diagnose.search.pursue import effect_knobs, with_effect
+from rcc_sim.diagnose.search.pursue import effect_knobs, followed, with_effect
 from rcc_sim.diagnose.search.screen import Screen, Screened
 from rcc_sim.side_by_side import each
 
@@ -105,7 +105,7 @@ def bent(
         if search.acts == "rows":
             now = descent.climbed(engine, start, mine[0], search.grid)
         else:
-            now = descent.followed(engine, start, key)
+            now = followed(engine, start, key)
         pairs.append(begun(r.candidate, [key], fit, now, fit.signals))
     return pairs
 
