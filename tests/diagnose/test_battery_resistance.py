@@ -87,7 +87,7 @@ def told_by(car, log, effect="battery_resistance"):
     return found.fit.values[key], 1.645 * sds[key]
 
 
-@pytest.mark.parametrize("fall", [0.0, 0.02])
+@pytest.mark.parametrize("fall", [pytest.param(0.0, marks=pytest.mark.thorough), 0.02])
 def test_a_resistance_is_found_beside_a_voltage_that_is_not_known(fall):
     """Neither its level nor how far it falls with the charge: as a real pack's."""
     car = load_vehicle("rcc")

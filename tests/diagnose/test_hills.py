@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose.causes.candidates import candidates_for
 from rcc_sim.diagnose.causes.cause import ENOUGH
 from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
@@ -19,11 +20,15 @@ from rcc_sim.diagnose.profiles.varying import (
     SHORTEST,
     anew,
     finer,
-    nats_of_another,
     profile_cause,
+    with_another,
     with_profile,
 )
 from rcc_sim.diagnose.residuals.posed import problem_of
+from rcc_sim.diagnose.search.give_way import beside_courses
+from rcc_sim.diagnose.search.look import Look
+from rcc_sim.diagnose.search.refine import Refined
+from rcc_sim.diagnose.search.screen import Screened
 from rcc_sim.trace import Trace
 
 SIZES = {"battery_power_w": 300.0, "accel_x_mps2": 0.05, "motor_torque_nm": 2.0}
@@ -112,6 +117,10 @@ def test_a_hill_gives_back_what_it_held_of_a_loss_that_is_found_later(over_hills
     assert found.sd(LOSS) < 0.002
 
 
+def nats_of_another(engine, fit, cause):
+    return with_another(engine, fit, cause).score - fit.score
+
+
 def test_what_acts_gains_more_where_the_hill_gives_way_and_what_does_not_nothing(
     over_hills,
 ):
@@ -121,3 +130,25 @@ def test_what_acts_gains_more_where_the_hill_gives_way_and_what_does_not_nothing
     assert nats_of_another(engine, fixed, hill) - alone > ENOUGH
     heavier = beside(engine, fit, "effects.payload.mass_kg", 50.0, 0.0, 500.0, 5.0)
     assert abs(nats_of_another(engine, heavier, hill) - alone) < ENOUGH / 4
+
+
+def test_what_a_hill_displaced_is_tried_beside_it_and_what_does_not_act_is_none(
+    over_hills,
+):
+    engine, fit, hill = over_hills
+    able = candidates_for(engine.problems, ["gear_loss", "payload"])
+    look = Look(fit, [], [], None, None)
+
+    tried = {"gear_loss": {LOSS: 0.95}, "payload": {"effects.payload.mass_kg": 50.0}}
+
+    def best_of(*effects):
+        found = [
+            Screened(c, 50.0, tried[c.effect]) for c in able if c.effect in effects
+        ]
+        gone = [Refined(one, fit, 50.0, 50.0) for one in found]
+        best = beside_courses(engine, look, [hill], gone).best
+        return best and best.screened.candidate.effect
+
+    assert best_of("gear_loss", "payload") == "gear_loss"
+    assert best_of("payload") is None
+    assert best_of() is None

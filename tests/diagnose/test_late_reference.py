@@ -40,7 +40,11 @@ def driven(delay, seed, turns):
 
 @pytest.mark.parametrize(
     ("delay", "turns"),
-    [(0.06, 1.0), (0.063, 1.0), (0.0675, 0.0)],
+    [
+        (0.06, 1.0),
+        pytest.param(0.063, 1.0, marks=pytest.mark.thorough),
+        (0.0675, 0.0),
+    ],
     ids=["whole rows", "parts of rows", "straight ahead"],
 )
 def test_a_late_reference_is_named(delay, turns):

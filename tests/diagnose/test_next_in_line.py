@@ -35,7 +35,8 @@ def test_a_load_is_tried_where_a_wind_fits_better_and_does_not_stand(monkeypatch
         "is_another": lambda fit: False,
         "outweighed": lambda *_: False,
         "without_outdone": lambda *same: same,
-        "without_idle": lambda engine, causes, fit: (causes, fit),
+        "without_idle": lambda engine, causes, fit: (engine, causes, fit),
+        "hills_beside_all": lambda engine, fit, causes: (engine, fit, causes),
         "one_alone": lambda engine, causes, fit, close: (causes, fit),
     }
     for name, do in said.items():

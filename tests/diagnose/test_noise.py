@@ -147,7 +147,14 @@ def test_rows_at_rest_are_whitened_by_the_inverse_of_their_covariance():
     assert 2 * np.log(unit).sum() == pytest.approx(np.linalg.slogdet(C)[1])
 
 
-@pytest.mark.parametrize(("apart", "lasts"), [(1.0, 50), (1.0, 300), (3.0, 1000)])
+@pytest.mark.parametrize(
+    ("apart", "lasts"),
+    [
+        (1.0, 50),
+        pytest.param(1.0, 300, marks=pytest.mark.thorough),
+        (3.0, 1000),
+    ],
+)
 def test_the_mean_at_rest_is_no_surer_than_its_scatter_from_drive_to_drive(
     apart, lasts
 ):

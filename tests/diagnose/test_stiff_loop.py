@@ -31,7 +31,7 @@ def found(true, jitter):
     return diagnose([Logged(log, (), None)], CAR, candidates=ASKED)
 
 
-@pytest.mark.parametrize("jitter", [0.0, 0.1])
+@pytest.mark.parametrize("jitter", [pytest.param(0.0, marks=pytest.mark.thorough), 0.1])
 def test_nothing_wrong_is_no_gap(jitter):
     """Beside references that run straight its currents looked like samples.
 

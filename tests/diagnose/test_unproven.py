@@ -23,7 +23,12 @@ def log(tmp_path_factory):
 
 
 @pytest.mark.parametrize(
-    ("nats", "sure"), [(None, True), (UNPROVEN.nats, False), (-3.0, False)]
+    ("nats", "sure"),
+    [
+        (None, True),
+        (UNPROVEN.nats, False),
+        pytest.param(-3.0, False, marks=pytest.mark.thorough),
+    ],
 )
 def test_a_cause_is_as_sure_as_what_no_fit_saw_lets_it_be(monkeypatch, log, nats, sure):
     true_proof = proven.proof

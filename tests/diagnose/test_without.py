@@ -85,7 +85,7 @@ def test_a_cause_is_idle_while_the_tolerance_of_its_figure_would_do(sds, stays):
         Cause("steering_offset", (OFFSET,), 2000.0),
         Cause("rolling_resistance", (ROLLS,), 400.0),
     ]
-    left, now = without_idle(engine, causes, fit)
+    _, left, now = without_idle(engine, causes, fit)
     assert {c.effect for c in left} == {"steering_offset", "rolling_resistance"} - (
         set() if stays else {"steering_offset"}
     )

@@ -217,10 +217,10 @@ def beside_their_courses(
     """
     tied = [r for r in rivals if r.is_tied]
     clear = [r for r in rivals if not r.is_tied]
-    own = nats_of_courses(engine, fit, causes) if clear else 0.0
+    own = nats_of_courses(engine, fit, causes)[0] if clear else 0.0
 
     def one(r: Rival) -> Rival:
-        more = nats_of_courses(engine, r.fit, causes) - own
+        more = nats_of_courses(engine, r.fit, causes)[0] - own
         return replace(r, behind=min(r.behind, max(r.behind - more, 0.0)))
 
     return [*tied, *each(one, clear[:NEAREST]), *clear[NEAREST:]]

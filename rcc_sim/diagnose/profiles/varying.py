@@ -223,15 +223,17 @@ def with_profile(engine: Engine, fit: Fit, cause: Cause) -> tuple[Engine, Fit, C
     return engine, fit, replace(cause, profiles=profiles)
 
 
-def anew(engine: Engine, fit: Fit, cause: Cause) -> tuple[Engine, Fit, Cause] | None:
-    """Return a cause that varies with its course found anew, if that gains enough.
+def anew(
+    engine: Engine, fit: Fit, cause: Cause, least: float = ENOUGH
+) -> tuple[Engine, Fit, Cause] | None:
+    """Return a cause that varies with its course found anew, if that gains the least.
 
     It was found while what has been taken in since was missing: a hill is climbed by
     force, and holds a part of what the motor loses with it. Now that gives way, too.
     """
     counts = {i: every_count(engine.problems[i]) for i in cause.profiles}
     start, now, more, found = instead(engine, fit, cause, counts)
-    if more.score - fit.score < ENOUGH:
+    if more.score - fit.score < least:
         return None
     if cause.effect == LOAD:
         now, more, found = levelled(start, more, cause.keys[0], found)
@@ -240,14 +242,18 @@ def anew(engine: Engine, fit: Fit, cause: Cause) -> tuple[Engine, Fit, Cause] | 
     return now, more, replace(cause, profiles=found)
 
 
-def nats_of_another(engine: Engine, fit: Fit, cause: Cause) -> float:
-    """Return by how much logs are likelier with a course found anew.
+def with_another(engine: Engine, fit: Fit, cause: Cause) -> Fit:
+    """Return the fit with a course found anew.
 
-    To be held against the same of another fit: in as many windows, for more of them
-    would be likelier whatever acts.
+    What it gains is to be held against the same of another fit: in as many windows, for
+    more of them would be likelier whatever acts.
     """
-    counts = {i: (len(p.knots),) for i, p in cause.profiles.items()}
-    return instead(engine, fit, cause, counts)[2].score - fit.score
+    return instead(engine, fit, cause, as_many(cause))[2]
+
+
+def as_many(cause: Cause) -> dict[int, tuple[int, ...]]:
+    """Return the number of windows that each course of a cause has."""
+    return {i: (len(p.knots),) for i, p in cause.profiles.items()}
 
 
 def instead(

@@ -11,6 +11,7 @@ from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.fitting.wake import woken
+from rcc_sim.diagnose.search.give_way import hills_beside_all
 from rcc_sim.diagnose.search.leave_out import one_alone, without_idle, without_outdone
 from rcc_sim.diagnose.search.look import shows, told_from
 from rcc_sim.diagnose.search.read_late import read_late
@@ -105,8 +106,9 @@ def compete(
         now.rank(late.screened.candidate.effect, late.gain)
     told("leaving out what is not needed")
     engine, causes, fit = without_outdone(now.engine, now.causes, now.fit)
-    causes, fit = without_idle(engine, causes, fit)
+    engine, causes, fit = without_idle(engine, causes, fit)
     causes, fit = one_alone(engine, causes, fit, close)
+    engine, fit, causes = hills_beside_all(engine, fit, causes)
     causes.sort(key=lambda c: -c.gain)
     # beside all the causes; what took a tolerance's place was not tried at strengths
     tried = {r.candidate.effect: r for r in look.known if r.shown}

@@ -4,21 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from math import inf
 
 from rcc_sim.diagnose.causes.cause import ENOUGH, Cause
 from rcc_sim.diagnose.fitting import descent
+from rcc_sim.diagnose.fitting.descent import SETTLED
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
+from rcc_sim.diagnose.profiles.drag_or_hill import HILL
 from rcc_sim.diagnose.profiles.gusts import WIND
-from rcc_sim.diagnose.profiles.varying import anew, nats_of_another
+from rcc_sim.diagnose.profiles.varying import anew, with_another
 from rcc_sim.diagnose.search.look import Look
-from rcc_sim.diagnose.search.refine import Refined, ranked
+from rcc_sim.diagnose.search.pursue import with_effect
+from rcc_sim.diagnose.search.refine import Refined, handicap, ranked
+from rcc_sim.diagnose.search.screen import Screened
 from rcc_sim.diagnose.search.winner import cause_of
 from rcc_sim.side_by_side import each
 
-CLOSE, MOST = 0.5, 4
+CLOSE, MOST, FEW = 0.5, 4, 2
 """Share of the nats of the best that a candidate must have, and how many of those are
-tried, once courses give way."""
+tried, once courses give way; and how many of those that a course displaced."""
 
 
 def gives_way(cause: Cause) -> bool:
@@ -42,34 +47,83 @@ def give_way(
     return engine, fit, causes
 
 
-def nats_of_courses(engine: Engine, fit: Fit, causes: Sequence[Cause]) -> float:
-    """Return what a fit gains once courses give way to it, each in as many windows."""
+def hills_beside_all(
+    engine: Engine, fit: Fit, causes: Sequence[Cause]
+) -> tuple[Engine, Fit, list[Cause]]:
+    """Return a fit in which each hill was found beside all that else was found.
+
+    Its mean is a drag: what was found while tolerances stood in for the hill leaves
+    them off for good, and a drag that is off is another's energy.
+    """
+    causes = list(causes)
+    for k, cause in enumerate(causes):
+        hill = cause.effect == HILL and gives_way(cause)
+        found = anew(engine, fit, cause, SETTLED) if hill else None
+        if found:
+            engine, fit, causes[k] = found
+    return engine, fit, causes
+
+
+def nats_of_courses(
+    engine: Engine, fit: Fit, causes: Sequence[Cause]
+) -> tuple[float, float]:
+    """Return what a fit gains once courses give way to it, each in as many windows.
+
+    All of it, and that of stated figures which go back.
+    """
     fit = fitted(engine, fit)
-    courses = filter(gives_way, causes)
-    return sum(nats_of_another(engine, fit, cause) for cause in courses)
+    more = [with_another(engine, fit, cause) for cause in filter(gives_way, causes)]
+    nats, eased = sum(f.score for f in more), sum(f.prior for f in more)
+    return nats - len(more) * fit.score, eased - len(more) * fit.prior
 
 
-def beside_courses(engine: Engine, look: Look, causes: Sequence[Cause]) -> Look:
+def beside_courses(
+    engine: Engine,
+    look: Look,
+    causes: Sequence[Cause],
+    displaced: Sequence[Refined] = (),
+) -> Look:
     """Return what candidates gain where courses give way to each.
 
     A course takes in what acts as it does, and what then is left of that cause may be
-    little, or more like another.
+    little, or more like another. So those that it ``displaced`` are tried beside it as
+    well, though they may seem to gain nothing more.
     """
-    if not (look.best and any(map(gives_way, causes))):
+    if not (look.best or displaced) or not any(map(gives_way, causes)):
         return look
-    by_themselves = nats_of_courses(engine, look.fit, causes)
-    least = CLOSE * look.best.trusted
+    seen = {r.screened.candidate.effect for r in look.refined}
+    gone = [r for r in displaced if r.screened.candidate.effect not in seen][:FEW]
+    if not (look.best or gone):
+        return look
+    alone, alone_eased = nats_of_courses(engine, look.fit, causes)
+    least = CLOSE * look.best.trusted if look.best else inf
     close = [r for r in look.refined[:MOST] if r.trusted > least]
+    back = [brought_back(engine, look.fit, r.screened) for r in gone]
 
     def one(r: Refined) -> Refined:
-        more = max(nats_of_courses(engine, r.fit, causes) - by_themselves, 0.0)
-        return replace(r, before=r.before + more, after=r.after + more)
+        nats, eased = nats_of_courses(engine, r.fit, causes)
+        more, eased = nats - alone, eased - alone_eased
+        if more <= 0:
+            return r
+        before, after = r.before + more, r.after + more
+        return replace(r, before=before, after=after, eased=r.eased + eased)
 
-    tried = each(one, close)
+    tried = each(one, [*close, *filter(None, back)])
     refined = ranked([*tried, *look.refined[len(close) :]])
     best = next((r for r in refined if r.reaches(ENOUGH)), None)
     won = cause_of(engine, best, look.fit.noise) if best else None
     return replace(look, refined=refined, best=best, one=won)
+
+
+def brought_back(engine: Engine, base: Fit, screened: Screened) -> Refined | None:
+    """Return a candidate refined beside a fit, from where it was without a course."""
+    along = engine.whitened(base.signals, base.noise)
+    fit = with_effect(engine, base, screened, base.noise, along)
+    if fit is None:
+        return None
+    moved = replace(screened, values={k: fit.values[k] for k in screened.values})
+    gain = fit.score - base.score - handicap(moved, fit.values)
+    return Refined(moved, fit, gain, gain, fit.prior - base.prior)
 
 
 def fitted(engine: Engine, refined: Fit) -> Fit:

@@ -11,7 +11,8 @@ from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.fitting.without import refitted_without
-from rcc_sim.diagnose.profiles.varying import enough_of
+from rcc_sim.diagnose.profiles.drag_or_hill import HILL
+from rcc_sim.diagnose.profiles.varying import as_many, enough_of, instead
 from rcc_sim.diagnose.search.refine import Refined
 from rcc_sim.diagnose.search.winner import cause_of
 
@@ -40,19 +41,37 @@ def without_outdone(
 
 def without_idle(
     engine: Engine, causes: list[Cause], fit: Fit
-) -> tuple[list[Cause], Fit]:
-    """Drop each cause without which the others, fitted anew, do as well."""
+) -> tuple[Engine, list[Cause], Fit]:
+    """Drop each cause without which the others, fitted anew, do as well.
+
+    A hill that was found beside a drag was made to suit it: beside the others it is
+    found anew.
+    """
     for cause in [c for c in causes if not c.profiles]:
         if len(causes) < 2:
             break
         less = refitted_without(engine, fit, cause.keys)
         if less is None:
             continue
-        eased = max(fit.prior - less.prior, 0.0)
-        if fit.score - less.score + eased < ENOUGH:
-            causes = [c for c in causes if c is not cause]
-            fit = descent.refit(engine, less, less.noise)
-    return causes, fit
+        others = [c for c in causes if c is not cause]
+        if needs(fit, less) < ENOUGH:
+            causes, fit = others, descent.refit(engine, less, less.noise)
+            continue
+        hill = next((c for c in others if c.profiles and c.effect == HILL), None)
+        if hill is None:
+            continue
+        _, _, most, _ = instead(engine, fit, hill, as_many(hill))
+        _, there, rest, found = instead(engine, less, hill, as_many(hill))
+        if needs(most, rest) < ENOUGH:
+            engine, fit = there, rest
+            new = replace(hill, profiles=found)
+            causes = [new if c is hill else c for c in others]
+    return engine, causes, fit
+
+
+def needs(fit: Fit, less: Fit) -> float:
+    """Nats by which logs need what a fit has more: those of stated figures twice."""
+    return fit.score - less.score + max(fit.prior - less.prior, 0.0)
 
 
 def one_alone(

@@ -118,6 +118,8 @@ class Taken:
         self.kept_out: KeptOut | None = None
         self.outdone: set[str] = set()
         """Effects that are not to vary: something else of the same course outdid it."""
+        self.displaced: list[Refined] = []
+        """Candidates that gained enough before what was taken in last."""
 
     def looked(self) -> Look:
         """Return what candidates gain, the fit as far down as was seen."""
@@ -141,7 +143,8 @@ class Taken:
 
         Return which; nothing if nothing gains enough.
         """
-        look = beside_courses(self.engine, look, self.causes)
+        look = beside_courses(self.engine, look, self.causes, self.displaced)
+        self.displaced = []
         best, one = look.best, look.one
         self.kept_out = None
         if best and one:
@@ -218,6 +221,7 @@ class Taken:
             engine, fit, causes = acting(self.engine, self.fit, self.causes, varying)
             if may_blow(causes[-1]):
                 self.engine, self.fit, self.causes = engine, fit, causes
+                self.displaced = [r for r in look.refined if r.reaches(ENOUGH)]
             else:
                 self.outdone.add(varying.effect)
             return True
