@@ -11,10 +11,12 @@ import pytest
 
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.causes.candidates import candidates_for
-from rcc_sim.diagnose.causes.cause import ENOUGH
+from rcc_sim.diagnose.causes.cause import ENOUGH, Cause
+from rcc_sim.diagnose.causes.profile import with_acting
 from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.knobs import Knob, nuisance_knobs
+from rcc_sim.diagnose.fitting.without import refitted_without
 from rcc_sim.diagnose.profiles.varying import (
     FINER,
     SHORTEST,
@@ -25,7 +27,8 @@ from rcc_sim.diagnose.profiles.varying import (
     with_profile,
 )
 from rcc_sim.diagnose.residuals.posed import problem_of
-from rcc_sim.diagnose.search.give_way import beside_courses
+from rcc_sim.diagnose.search.give_way import beside_courses, hills_beside_all
+from rcc_sim.diagnose.search.leave_out import without_idle
 from rcc_sim.diagnose.search.look import Look
 from rcc_sim.diagnose.search.refine import Refined
 from rcc_sim.diagnose.search.screen import Screened
@@ -152,3 +155,42 @@ def test_what_a_hill_displaced_is_tried_beside_it_and_what_does_not_act_is_none(
     assert best_of("gear_loss", "payload") == "gear_loss"
     assert best_of("payload") is None
     assert best_of() is None
+
+
+DRAG = "effects.road_load.a_n"
+
+
+def tilted(over_hills, tilt):
+    """The same hill, found too steep by as much throughout, as beside another drag."""
+    engine, fit, hill = over_hills
+    level = with_acting(engine, {i: p.reversed for i, p in hill.profiles.items()})
+    hill = replace(hill, profiles={i: p.raised(tilt) for i, p in hill.profiles.items()})
+    return with_acting(level, hill.profiles), fit, hill
+
+
+def test_a_hill_is_found_beside_all_that_was_found(over_hills):
+    right = over_hills[2].profiles[0].mean
+    engine, fit, hill = tilted(over_hills, 0.003)
+    assert hill.profiles[0].mean - right == pytest.approx(0.003)
+    pulled = descent.refit(engine, fit)
+    _, found, (cause,) = hills_beside_all(engine, pulled, [hill])
+    assert cause.profiles[0].mean == pytest.approx(right, abs=0.0006)
+    assert found.prior > pulled.prior
+
+
+@pytest.mark.parametrize(
+    ("tilt", "key", "start", "idle"),
+    [(0.008, DRAG, 100.0, True), (0.0, LOSS, 0.95, False)],
+)
+def test_a_drag_is_idle_where_a_hill_found_without_it_does_as_well(
+    over_hills, tilt, key, start, idle
+):
+    engine, fit, hill = tilted(over_hills, tilt)
+    free = Knob(key, start, inf, 0.0, 1e3, 1e-3)
+    knobs = [*(k for k in fit.knobs if k.key != key), free]
+    fit = descent.fit(engine, fit.values | {key: start}, knobs)
+    less = refitted_without(engine, fit, [key])
+    assert fit.score - less.score > ENOUGH  # while the hill is held
+    one = Cause(key.split(".")[1], (key,), 50.0)
+    _, left, _ = without_idle(engine, [hill, one], fit)
+    assert [c.effect for c in left] == ["road_grade"] + [one.effect] * (not idle)
