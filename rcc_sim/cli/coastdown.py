@@ -44,6 +44,13 @@ def coastdown(
     min_speed: Annotated[
         float | None, typer.Option(help="Leave out rows below. [m/s]")
     ] = None,
+    drive_threshold: Annotated[
+        float | None,
+        typer.Option(
+            help="Torque, current or throttle up to which it is none; 2 % of its "
+            "largest, or 4 sds of its noise, unless given."
+        ),
+    ] = None,
     direction: Annotated[
         list[int] | None,
         typer.Option(help="1 or -1 for each coast: both ways tell grade apart."),
@@ -77,6 +84,7 @@ def coastdown(
         elevation_m=seen.get("elevation_m") if "slope" not in seen else None,
         direction=direction or None,
         min_speed_mps=min_speed,
+        drive_threshold=drive_threshold,
     )
     for text in result.warnings:
         warn(text)

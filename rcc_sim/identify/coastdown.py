@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from rcc_sim.channel import sensor_noise
 from rcc_sim.errors import InputError, require_positive
 from rcc_sim.identify.coast_model import Coast, Solution, solve
 from rcc_sim.identify.coasting import find_coasts
@@ -35,6 +36,10 @@ LADDER = (
     ("A",),
 )
 """Sets of terms that are tried, from the fullest; the last where none is told apart."""
+
+
+MISSED = 10.0
+"""Times the noise of the speed by which a fit may miss it without a word. [1]"""
 
 
 @dataclass(frozen=True)
@@ -149,7 +154,8 @@ def fit_coastdown(
         Torque, current or throttle; coasting is where it is near 0. Without it the
         longest decelerations count, and a brake could not be told from drag.
     drive_threshold : float, optional
-        Size of `drive` up to which it is near 0; 2 % of its largest unless given.
+        Size of `drive` up to which it is near 0; 2 % of its largest, or four standard
+        deviations of its noise, unless given.
     slope : array_like or float, optional
         Slope of the road in the direction of travel, positive uphill. [1]
     elevation_m : array_like, shape (n,), optional
@@ -210,6 +216,13 @@ def fit_coastdown(
     ]
     if min(force) <= 0:
         warnings += (f"the force is not positive from {low:.3g} to {high:.3g} m/s",)
+    noise = sensor_noise(rows["speed_mps"])
+    if best.residual_sd > MISSED * noise > 0:
+        warnings += (
+            f"the fit misses the speed by {best.residual_sd:.2g} m/s, whose noise is "
+            f"{noise:.1g}: coasts that disagree (a slope: give --direction 1 or -1 for "
+            "each, or the elevation), or a brake",
+        )
     if fitted["B"].fitted and fitted["B"].value != 0:
         warnings += ("C_rr and C_dA leave out the term B v",)
     return RoadLoad(

@@ -15,8 +15,9 @@ ROWS_MIN = 6
 DROP_MIN = 0.2
 """Least fall of speed of a coast, of the top speed. [1]"""
 
-DRIVE_NEAR_ZERO = 0.02
-"""Size of the drive, of its largest, up to which it counts as none. [1]"""
+DRIVE_NEAR_ZERO, NOISY = 0.02, 4.0
+"""Size of the drive up to which it counts as none: of its largest, and in standard
+deviations of its noise, which is all that a log of nothing but coasts has. [1]"""
 
 LONG_ENOUGH = 0.5
 """Fall of speed, of the largest in the log, that makes a deceleration count. [1]"""
@@ -72,7 +73,8 @@ def find_coasts(
         warnings = (f"no drive signal: {taken}, and a brake cannot be told from drag",)
         what = "decelerations"
     else:
-        limit = DRIVE_NEAR_ZERO * float(np.max(np.abs(drive)))
+        least = DRIVE_NEAR_ZERO * float(np.max(np.abs(drive)))
+        limit = max(least, NOISY * sensor_noise(drive))
         limit = limit if threshold is None else threshold
         parts = [
             _settled(t, part)
@@ -90,8 +92,8 @@ def find_coasts(
             f"speed_mps: no coast: none of {len(parts)} {what} above {floor:.3g} m/s"
             f" lasts {ROWS_MIN} rows and loses {100 * DROP_MIN:g} % of the top speed,"
             f" {top:.3g} m/s",
-            "let the car roll out from speed with no torque; for a noisy drive signal"
-            " raise its threshold",
+            "let the car roll out from speed with no torque; for a drive signal that is"
+            " off, or wanders, give --drive-threshold",
         )
     return found, warnings
 

@@ -169,6 +169,30 @@ def test_bad_input_is_refused(pair, change, message):
         fit_coastdown(t, v, **{"mass_kg": 3.78, "drive": drive} | change)
 
 
+@pytest.mark.parametrize("noise", [0.01, 0.2])
+def test_a_log_of_nothing_but_coasts_has_a_drive_of_nothing_but_noise(pair, noise):
+    t, v, drive = log(pair, seed=9)
+    still = drive == 0
+    heard = noise * np.random.default_rng(1).standard_normal(still.sum())
+    found = fit_coastdown(t[still], v[still], 3.78, drive=heard)
+    assert len(found.stretches) == 2
+    assert found.A.value == pytest.approx(CAR["A"], rel=0.1)
+
+
+def test_coasts_that_disagree_are_told_and_those_that_agree_are_not(pair):
+    way = {"rate_hz": 50, "noise": 0.02, "lost": 0.0}
+    there, back = (coast(**CAR, v0=12.0, slope=s) for s in (0.02, -0.02))
+    t, v, drive = log([there, back], seed=4, **way)
+    told = fit_coastdown(t, v, 3.78, drive=drive).warnings
+    assert any("coasts that disagree" in text for text in told)
+    both = fit_coastdown(t, v, 3.78, drive=drive, direction=(1, -1))
+    assert not any("disagree" in text for text in both.warnings)
+    t, v, drive = log(pair, seed=4, **way)
+    assert not any(
+        "disagree" in text for text in fit_coastdown(t, v, 3.78, drive=drive).warnings
+    )
+
+
 def test_a_log_that_never_coasts_is_refused_with_what_was_found(pair):
     t, v, drive = log(pair, seed=9)
     with pytest.raises(InputError, match="no coast: none of 0") as caught:
