@@ -247,10 +247,11 @@ def test_a_profile_that_does_nothing_for_rows_held_out_is_refuted():
     profile = SimpleNamespace(along="time_s", beside_drift=False)
     varying = replace(load, profiles={0: profile})
 
-    def refuted(cause, explained, after):
+    def refuted(cause, explained, after, *, elsewhere=False):
         shrink = Shrink(0.1, 0.1, explained, -1.0, 1.0)
         proved = Proof(shrink, 35.8, after, by_torque=False)
-        return is_refuted([cause], proved, [gap], doubtless=False)
+        told = {"doubtless": False, "elsewhere": elsewhere}
+        return is_refuted([cause], proved, [gap], **told)
 
     assert refuted(varying, -0.001, 36.5)
     assert not refuted(varying, -0.001, 12.0)  # the energy shrinks
@@ -259,6 +260,10 @@ def test_a_profile_that_does_nothing_for_rows_held_out_is_refuted():
     drift = SimpleNamespace(along="time_s", beside_drift=True)
     gauged = replace(load, profiles={0: drift})
     assert not refuted(gauged, -0.001, 36.5)  # a gauge that drifts takes the rest
+    place = SimpleNamespace(along="distance_m", beside_drift=False)
+    hill = replace(load, profiles={0: place})
+    assert refuted(hill, -0.001, 36.5)
+    assert not refuted(hill, -0.001, 36.5, elsewhere=True)  # of another road
 
 
 def test_causes_that_do_nothing_for_rows_held_out_are_withdrawn():

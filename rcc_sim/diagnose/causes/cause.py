@@ -114,6 +114,11 @@ class Cause:
         return any(p.along == "time_s" for p in self.profiles.values())
 
     @property
+    def along_way(self) -> bool:
+        """Whether it varies with the place: as a hill, which is the road's."""
+        return any(p.along == "distance_m" for p in self.profiles.values())
+
+    @property
     def weighed(self) -> bool:
         """Whether it varies, and was weighed together with the noise that it leaves."""
         return any(p.weighed for p in self.profiles.values())

@@ -70,7 +70,8 @@ def proven(
     proved = how(stands.engine, fit=stands.fit, level=level)
     refuted: tuple[str, ...] = ()
     varies = not fresh and any(c.over_time for c in stands.causes)
-    if is_refuted(stands.causes, proved, gaps, doubtless=doubtless) or (
+    told = {"doubtless": doubtless, "elsewhere": bool(fresh)}
+    if is_refuted(stands.causes, proved, gaps, **told) or (
         varies and opens_gaps(by_log(stands.engine, stands.fit))
     ):
         refuted = tuple(c.effect for c in stands.causes)
@@ -85,16 +86,24 @@ def proven(
 
 
 def is_refuted(
-    causes: Sequence[Cause], proved: Proof, gaps: Sequence[Gap], *, doubtless: bool
+    causes: Sequence[Cause],
+    proved: Proof,
+    gaps: Sequence[Gap],
+    *,
+    doubtless: bool,
+    elsewhere: bool,
 ) -> bool:
     """Tell whether rows that no fit saw refute some causes.
 
     Where a gap is ``doubtless`` they do nothing for it there; nor does a profile,
     though it was fitted there too. Or they open one, which what each drive has of its
     own may, being another on rows held out. What was found beside a gauge that drifts
-    is not refuted by an energy that the drift takes.
+    is not refuted by an energy that the drift takes, nor a hill by rows of a drive
+    ``elsewhere``, which may go over another road.
     """
     if all(is_beside_drift(c) for c in causes):
+        return False
+    if elsewhere and all(c.along_way for c in causes):
         return False
     before, after = proved.before, proved.after
     asked = doubtless or any(c.profiles for c in causes)
