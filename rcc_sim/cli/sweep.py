@@ -40,6 +40,9 @@ def register(app: typer.Typer) -> None:
     app.command("sweep", epilog=EXAMPLE)(sweep)
 
 
+TABLES = (".csv", ".tsv", ".json", ".xlsx", ".html", ".gz")
+"""Endings of what a folder of Parquet would be taken for."""
+
 EXAMPLE = (
     "Example: rccsim sweep r1t_epa --cycle udds --imposed "
     "--set body.mass_kg=3000:3400:100 --set lanes.every=none,50 -o mass.parquet"
@@ -106,7 +109,14 @@ def sweep(
     """
     from rcc_sim.batch.batch import run_batch
     from rcc_sim.batch.engine import Engine
+    from rcc_sim.errors import InputError
 
+    if output.suffix in TABLES and not output.is_dir():
+        raise InputError(
+            f"--output: {output}: runs are kept as Parquet",
+            f"{output.with_suffix('.parquet')} for one file, "
+            f"{output.with_suffix('')} for a folder of parts",
+        )
     car, axes = _vehicle(vehicle, set_, with_, without, effect)
     lanes = _lanes(lane_change_every, lane_width, lane_change_length)
     plan = _plan(car, axes, draws_file, draw, method, seed, imposed=imposed)

@@ -25,6 +25,13 @@ def test_a_sweep_writes_a_row_a_run_and_says_so(tmp_path):
     assert "all 10 runs were there already" in again.stderr
 
 
+def test_a_folder_is_not_called_as_a_table_is(tmp_path):
+    done = run("sweep", *QUICK, "--draw", "2", "-o", "out.csv", cwd=tmp_path)
+    assert done.returncode == 2
+    assert "out.parquet for one file, out for a folder" in done.stderr
+    assert not (tmp_path / "out.csv").exists()
+
+
 def test_draws_are_the_same_at_each_point_of_the_grid(tmp_path):
     options = ["--draw", "20", "--method", "sobol", "--seed", "3"]
     grid = ["--set", "lanes.every=none,50"]
