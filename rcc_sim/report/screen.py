@@ -251,21 +251,22 @@ def _bars(found: Diagnosis, room: int) -> tuple[str, str] | None:
 
 def _cause(a: Asserted, logs: int) -> str:
     sure, first = probable(a.probability), a.cause.effect
+    mean = "mean over the way" if a.cause.along_way else "mean"
     if not a.cause.tied:
-        return f"{first}, probability {sure}: {_figures(a.figures)}"
+        return f"{first}, probability {sure}: {_figures(a.figures, mean)}"
     any_of = " or ".join((first, *a.cause.tied))
     each = [(first, a.figures), *a.instead.items()]
-    told = [f"if {effect}: {_figures(own)}" for effect, own in each]
+    told = [f"if {effect}: {_figures(own, mean)}" for effect, own in each]
     return (
         f"{any_of}: {these(logs)} cannot tell them apart, probability {sure} that one "
         f"of them acts; {'; '.join(told)}"
     )
 
 
-def _figures(told: Mapping[str, Estimate]) -> str:
+def _figures(told: Mapping[str, Estimate], mean: str) -> str:
     """Return the figures of an effect, each with its interval."""
     return ", ".join(
-        f"{k} {_ends(x)}{figures(x.value, 4)} ({figures(x.low, 4)} to "
+        f"{k} {_ends(x, mean)}{figures(x.value, 4)} ({figures(x.low, 4)} to "
         + f"{figures(x.high, 4)})"
         + ", at its bound" * is_at_bound(x.document())
         + (f", stated {figures(x.stated, 4)}" if x.stated is not None else "")
@@ -300,12 +301,12 @@ def _steps(found: Diagnosis, a: Asserted) -> Iterator[str]:
         yield f"{first} at first; half-way to the other end at {told} s"
 
 
-def _ends(x: Estimate) -> str:
+def _ends(x: Estimate, mean: str) -> str:
     """Return between what a figure varies, if it does."""
     if x.least is None or x.most is None or x.least == x.most:
         return ""
     ends = f"{figures(x.least, 3)} to {figures(x.most, 3)}"
-    return f"varies over the drive, {ends} (--profiles), mean "
+    return f"varies over the drive, {ends} (--profiles), {mean} "
 
 
 def _rivals(found: Diagnosis) -> Iterator[tuple[str, str]]:
