@@ -7,6 +7,9 @@ import math
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+BEGUN = 3
+"""Letters with which a name begins that is meant by another."""
+
 LONGEST = 20.0
 """Longest length that a bench test of a vehicle has. [m]"""
 
@@ -55,12 +58,18 @@ def did_you_mean(name: str, known: Iterable[str], table: str = "") -> str:
 
 
 def nearest(name: str, names: Sequence[str]) -> str:
-    """Return the one name that goes on as this does, else the most alike, or none."""
+    """Return the one name that goes on as this does, else the most alike, or none.
+
+    First of those that begin alike: who shortens a name keeps that of it.
+    """
     from difflib import get_close_matches
 
     longer = [known for known in names if known.startswith(f"{name}_")]
-    alike = get_close_matches(name, names, n=1, cutoff=0.6)
-    return "".join(longer if len(longer) == 1 else alike)
+    if len(longer) == 1:
+        return longer[0]
+    begun = [known for known in names if known[:BEGUN] == name[:BEGUN]]
+    alike = (get_close_matches(name, some, n=1, cutoff=0.6) for some in (begun, names))
+    return next(("".join(one) for one in alike if one), "")
 
 
 def nearest_first(name: str, names: Sequence[str], rest: str) -> str:

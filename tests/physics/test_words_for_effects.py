@@ -15,6 +15,8 @@ from rcc_sim.physics.effects import EFFECTS
         ("hill", "road_grade"),
         ("rolling_resistence", "rolling_resistance"),
         ("gyro bias", "yaw_rate_bias"),
+        ("auxload", "auxiliary_load"),
+        ("paylod", "payload"),
         ("", ""),
     ],
 )
