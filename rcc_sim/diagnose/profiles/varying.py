@@ -7,9 +7,12 @@ from dataclasses import replace
 from functools import partial
 from math import inf
 
+import numpy as np
+
 from rcc_sim.diagnose.causes.cause import (
     BRISK_ENOUGH,
     ENOUGH,
+    HILL,
     PROFILE_ENOUGH,
     PROFILES,
     TIED,
@@ -17,7 +20,7 @@ from rcc_sim.diagnose.causes.cause import (
     Cause,
 )
 from rcc_sim.diagnose.causes.profile import Profile, with_acting
-from rcc_sim.diagnose.causes.strengths import WINDS
+from rcc_sim.diagnose.causes.strengths import RELIEF, WINDS
 from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import MEMORY, Engine
 from rcc_sim.diagnose.fitting.fit import Fit
@@ -223,17 +226,15 @@ def with_profile(engine: Engine, fit: Fit, cause: Cause) -> tuple[Engine, Fit, C
     return engine, fit, replace(cause, profiles=profiles)
 
 
-def anew(
-    engine: Engine, fit: Fit, cause: Cause, least: float = ENOUGH
-) -> tuple[Engine, Fit, Cause] | None:
-    """Return a cause that varies with its course found anew, if that gains the least.
+def anew(engine: Engine, fit: Fit, cause: Cause) -> tuple[Engine, Fit, Cause] | None:
+    """Return a cause that varies with its course found anew, if that gains enough.
 
     It was found while what has been taken in since was missing: a hill is climbed by
     force, and holds a part of what the motor loses with it. Now that gives way, too.
     """
     counts = {i: every_count(engine.problems[i]) for i in cause.profiles}
     start, now, more, found = instead(engine, fit, cause, counts)
-    if more.score - fit.score < least:
+    if more.score - fit.score < ENOUGH:
         return None
     if cause.effect == LOAD:
         now, more, found = levelled(start, more, cause.keys[0], found)
@@ -301,6 +302,36 @@ def levelled(
         told[i] = replace(raised, mean_sd=max(raised.mean_sd, sd))
     fit = fit.without([key, *(k.key for k in means.values())])
     return with_acting(engine, told), fit, told
+
+
+def evened(engine: Engine, fit: Fit, cause: Cause) -> tuple[Engine, Fit, Cause] | None:
+    """Return a hill whose mean was fitted beside all else, if that gains anything.
+
+    Its course stays. A mean is a drag: what was found while tolerances stood in for the
+    hill leaves both off. A climb is no likelier than ``RELIEF`` says, in each log.
+    """
+    key = cause.keys[0]
+    level, size = engine.stated(key), probe_size(engine, key)
+    low, high = EFFECTS[HILL].param(key.rpartition(".")[2]).bounds
+    means, before = {}, fit.score
+    for i, p in cause.profiles.items():
+        sd = RELIEF / max(float(p.knots[-1] - p.knots[0]), 1.0)
+        means[i] = Knob(own_key(i, key), level - p.mean, sd, low, high, size)
+        before -= 0.5 * (p.mean / sd) ** 2
+    rise = {k.key: level for k in means.values()}
+    knobs = [*(k for k in fit.knobs if k.key != key), *means.values()]
+    found = descent.fit(engine, fit.values | rise, knobs)
+    if found.score < before + descent.SETTLED:
+        return None
+    more, profiles = {}, {}
+    for i, p in cause.profiles.items():
+        mine = means[i].key
+        more[i] = replace(p, value=np.full(len(p.value), found.values[mine] - level))
+        raised = p.raised(found.values[mine] - level)
+        profiles[i] = replace(raised, mean_sd=max(p.mean_sd, found.sd(mine)))
+    engine, found = with_acting(engine, more), found.without([key, *rise])
+    now = engine.at(found, found.values)
+    return None if now is None else (engine, now, replace(cause, profiles=profiles))
 
 
 def cut(

@@ -6,14 +6,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 from math import inf
 
-from rcc_sim.diagnose.causes.cause import ENOUGH, Cause
+from rcc_sim.diagnose.causes.cause import ENOUGH, HILL, Cause
 from rcc_sim.diagnose.fitting import descent
-from rcc_sim.diagnose.fitting.descent import SETTLED
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
-from rcc_sim.diagnose.profiles.drag_or_hill import HILL
 from rcc_sim.diagnose.profiles.gusts import WIND
-from rcc_sim.diagnose.profiles.varying import anew, with_another
+from rcc_sim.diagnose.profiles.varying import anew, evened, with_another
 from rcc_sim.diagnose.search.look import Look
 from rcc_sim.diagnose.search.pursue import with_effect
 from rcc_sim.diagnose.search.refine import Refined, handicap, ranked
@@ -50,15 +48,11 @@ def give_way(
 def hills_beside_all(
     engine: Engine, fit: Fit, causes: Sequence[Cause]
 ) -> tuple[Engine, Fit, list[Cause]]:
-    """Return a fit in which each hill was found beside all that else was found.
-
-    Its mean is a drag: what was found while tolerances stood in for the hill leaves
-    them off for good, and a drag that is off is another's energy.
-    """
+    """Return a fit in which the mean of each hill was found beside all else."""
     causes = list(causes)
     for k, cause in enumerate(causes):
         hill = cause.effect == HILL and gives_way(cause)
-        found = anew(engine, fit, cause, SETTLED) if hill else None
+        found = evened(engine, fit, cause) if hill else None
         if found:
             engine, fit, causes[k] = found
     return engine, fit, causes

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from rcc_sim.diagnose.causes.cause import ENOUGH, Cause
+from rcc_sim.diagnose.causes.cause import ENOUGH, HILL, Cause
 from rcc_sim.diagnose.causes.profile import with_acting
 from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.fitting.without import refitted_without
-from rcc_sim.diagnose.profiles.drag_or_hill import HILL
 from rcc_sim.diagnose.profiles.varying import as_many, enough_of, instead
 from rcc_sim.diagnose.search.refine import Refined
 from rcc_sim.diagnose.search.winner import cause_of
