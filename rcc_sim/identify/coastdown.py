@@ -37,7 +37,6 @@ LADDER = (
 )
 """Sets of terms that are tried, from the fullest; the last where none is told apart."""
 
-
 MISSED = 10.0
 """Times the noise of the speed by which a fit may miss it without a word. [1]"""
 

@@ -28,10 +28,8 @@ ANOTHER_VEHICLE = 10.0
 together are. Of 240 drives of the blind plant none with a cause has one, of 450 one; in
 these all together are 5 at most otherwise."""
 
-HILL = "road_grade"
-
 PROFILES = {
-    HILL: ("effects.road_grade.slope", "distance_m"),
+    "road_grade": ("effects.road_grade.slope", "distance_m"),
     "auxiliary_load": ("effects.auxiliary_load.power_w", "time_s"),
     "headwind": ("effects.headwind.speed_mps", "time_s"),
 }

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from rcc_sim.diagnose.causes.candidates import has_needs
-from rcc_sim.diagnose.causes.cause import ENOUGH, HILL, PROFILES, Cause
+from rcc_sim.diagnose.causes.cause import ENOUGH, PROFILES, Cause
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.profiles.forms import DRAG_OVER_TIME, FOLLOWS, carrier_of
@@ -17,6 +17,8 @@ from rcc_sim.diagnose.profiles.switched import LOAD
 from rcc_sim.diagnose.profiles.varying import WINDOW_COUNTS, every_count, held
 from rcc_sim.physics.effects import EFFECTS
 from rcc_sim.side_by_side import each
+
+HILL = "road_grade"
 
 
 def beside_a_drag(engine: Engine, fit: Fit, cause: Cause, left: Remainder) -> Cause:

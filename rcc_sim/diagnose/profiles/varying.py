@@ -7,12 +7,9 @@ from dataclasses import replace
 from functools import partial
 from math import inf
 
-import numpy as np
-
 from rcc_sim.diagnose.causes.cause import (
     BRISK_ENOUGH,
     ENOUGH,
-    HILL,
     PROFILE_ENOUGH,
     PROFILES,
     TIED,
@@ -286,7 +283,7 @@ def levelled(
     no profile acts.
     """
     level, size = engine.stated(key), probe_size(engine, key)
-    low, high = possible_loads(key)
+    low, high = bounds_of(key)
     means = {
         i: Knob(own_key(i, key), level + p.mean, inf, low, high, size)
         for i, p in profiles.items()
@@ -295,11 +292,7 @@ def levelled(
     about = {i: p.raised(level - means[i].value) for i, p in profiles.items()}
     knobs = [*(k for k in fit.knobs if k.key != key), *means.values()]
     fit = descent.fit(with_acting(engine, about), fit.values, knobs)
-    told = {}
-    for i, knob in means.items():
-        rise, sd = fit.values[knob.key] - level, fit.sd(knob.key)
-        raised = about[i].raised(rise)
-        told[i] = replace(raised, mean_sd=max(raised.mean_sd, sd))
+    told = raised_by(fit, level, means, about)
     fit = fit.without([key, *(k.key for k in means.values())])
     return with_acting(engine, told), fit, told
 
@@ -312,7 +305,7 @@ def evened(engine: Engine, fit: Fit, cause: Cause) -> tuple[Engine, Fit, Cause] 
     """
     key = cause.keys[0]
     level, size = engine.stated(key), probe_size(engine, key)
-    low, high = EFFECTS[HILL].param(key.rpartition(".")[2]).bounds
+    low, high = bounds_of(key)
     means, before = {}, fit.score
     for i, p in cause.profiles.items():
         sd = RELIEF / max(float(p.knots[-1] - p.knots[0]), 1.0)
@@ -323,15 +316,22 @@ def evened(engine: Engine, fit: Fit, cause: Cause) -> tuple[Engine, Fit, Cause] 
     found = descent.fit(engine, fit.values | rise, knobs)
     if found.score < before + descent.SETTLED:
         return None
-    more, profiles = {}, {}
-    for i, p in cause.profiles.items():
-        mine = means[i].key
-        more[i] = replace(p, value=np.full(len(p.value), found.values[mine] - level))
-        raised = p.raised(found.values[mine] - level)
-        profiles[i] = replace(raised, mean_sd=max(p.mean_sd, found.sd(mine)))
-    engine, found = with_acting(engine, more), found.without([key, *rise])
+    told = raised_by(found, level, means, cause.profiles)
+    engine = with_acting(engine, {i: p.reversed for i, p in cause.profiles.items()})
+    engine, found = with_acting(engine, told), found.without([key, *rise])
     now = engine.at(found, found.values)
-    return None if now is None else (engine, now, replace(cause, profiles=profiles))
+    return None if now is None else (engine, now, replace(cause, profiles=told))
+
+
+def raised_by(
+    fit: Fit, level: float, means: Mapping[int, Knob], profiles: Mapping[int, Profile]
+) -> dict[int, Profile]:
+    """Return profiles on top of what a fit found of a mean of each, over a level."""
+    told = {}
+    for i, knob in means.items():
+        raised = profiles[i].raised(fit.values[knob.key] - level)
+        told[i] = replace(raised, mean_sd=max(raised.mean_sd, fit.sd(knob.key)))
+    return told
 
 
 def cut(
@@ -343,7 +343,7 @@ def cut(
     is off. ``start`` is the engine on which no profile acts.
     """
     key = cause.keys[0]
-    low, high = (bound - start.stated(key) for bound in possible_loads(key))
+    low, high = (bound - start.stated(key) for bound in bounds_of(key))
     possible, beyond = {}, {}
     for i, profile in cause.profiles.items():
         possible[i], beyond[i] = profile.cut_to(low, high)
@@ -355,9 +355,10 @@ def cut(
     return engine, less, replace(cause, profiles=possible, cut=beyond, cut_nats=nats)
 
 
-def possible_loads(key: str) -> tuple[float, float]:
-    """Return the least and the greatest load that its effect allows."""
-    return EFFECTS[LOAD].param(key.rpartition(".")[2]).bounds
+def bounds_of(key: str) -> tuple[float, float]:
+    """Return the least and the greatest that its effect allows of a figure."""
+    _, effect, name = key.split(".")
+    return EFFECTS[effect].param(name).bounds
 
 
 def more_of(

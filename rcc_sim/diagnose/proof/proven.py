@@ -70,10 +70,10 @@ def proven(
     proved = how(stands.engine, fit=stands.fit, level=level)
     refuted: tuple[str, ...] = ()
     varies = not fresh and any(c.over_time for c in stands.causes)
-    told = {"doubtless": doubtless, "elsewhere": bool(fresh)}
-    if is_refuted(stands.causes, proved, gaps, **told) or (
-        varies and opens_gaps(by_log(stands.engine, stands.fit))
-    ):
+    refuting = is_refuted(
+        stands.causes, proved, gaps, doubtless=doubtless, elsewhere=bool(fresh)
+    )
+    if refuting or (varies and opens_gaps(by_log(stands.engine, stands.fit))):
         refuted = tuple(c.effect for c in stands.causes)
         stands = only(engine, found, stands, [])
         proved = how(stands.engine, fit=stands.fit, level={})

@@ -55,8 +55,8 @@ def as_sent(
     better so; but a motor or a steering that is late, or slow, may seem to hold it:
     with the first cause it is asked, and all is explained so if it still is; and with
     each, if logs are about as likely without it where the command holds. Where what
-    was found may do as well, or fewer causes, another way, all is explained that way,
-    too, and the likelier explanation stands. A cause fewer is worth what one must gain.
+    was found does better another way, or fewer causes as well, all is explained that
+    way, too, and the likelier stands. A cause fewer is worth what one must gain.
 
     ``null`` is what tolerances alone leave as the logs are, where that is known.
     """

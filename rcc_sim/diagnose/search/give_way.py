@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from math import inf
 
-from rcc_sim.diagnose.causes.cause import ENOUGH, HILL, Cause
+from rcc_sim.diagnose.causes.cause import ENOUGH, Cause
 from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
@@ -14,7 +14,7 @@ from rcc_sim.diagnose.profiles.gusts import WIND
 from rcc_sim.diagnose.profiles.varying import anew, evened, with_another
 from rcc_sim.diagnose.search.look import Look
 from rcc_sim.diagnose.search.pursue import with_effect
-from rcc_sim.diagnose.search.refine import Refined, handicap, ranked
+from rcc_sim.diagnose.search.refine import Refined, beside, ranked
 from rcc_sim.diagnose.search.screen import Screened
 from rcc_sim.diagnose.search.winner import cause_of
 from rcc_sim.side_by_side import each
@@ -37,22 +37,28 @@ def give_way(
     engine: Engine, fit: Fit, causes: Sequence[Cause]
 ) -> tuple[Engine, Fit, list[Cause]]:
     """Return a fit in which each course was found anew, where that gains enough."""
-    causes = list(causes)
-    for k, cause in enumerate(causes):
-        found = anew(engine, fit, cause) if gives_way(cause) else None
-        if found:
-            engine, fit, causes[k] = found
-    return engine, fit, causes
+    return changed(engine, fit, causes, anew)
 
 
 def hills_beside_all(
     engine: Engine, fit: Fit, causes: Sequence[Cause]
 ) -> tuple[Engine, Fit, list[Cause]]:
     """Return a fit in which the mean of each hill was found beside all else."""
+    return changed(
+        engine, fit, causes, lambda e, f, c: evened(e, f, c) if c.along_way else None
+    )
+
+
+def changed(
+    engine: Engine,
+    fit: Fit,
+    causes: Sequence[Cause],
+    change: Callable[[Engine, Fit, Cause], tuple[Engine, Fit, Cause] | None],
+) -> tuple[Engine, Fit, list[Cause]]:
+    """Return a fit in which each course that gives way has changed, where it does."""
     causes = list(causes)
     for k, cause in enumerate(causes):
-        hill = cause.effect == HILL and gives_way(cause)
-        found = evened(engine, fit, cause) if hill else None
+        found = change(engine, fit, cause) if gives_way(cause) else None
         if found:
             engine, fit, causes[k] = found
     return engine, fit, causes
@@ -92,7 +98,7 @@ def beside_courses(
     alone, alone_eased = nats_of_courses(engine, look.fit, causes)
     least = CLOSE * look.best.trusted if look.best else inf
     close = [r for r in look.refined[:MOST] if r.trusted > least]
-    back = [brought_back(engine, look.fit, r.screened) for r in gone]
+    back = brought_back(engine, look.fit, [r.screened for r in gone])
 
     def one(r: Refined) -> Refined:
         nats, eased = nats_of_courses(engine, r.fit, causes)
@@ -102,22 +108,20 @@ def beside_courses(
         before, after = r.before + more, r.after + more
         return replace(r, before=before, after=after, eased=r.eased + eased)
 
-    tried = each(one, [*close, *filter(None, back)])
+    tried = each(one, [*close, *back])
     refined = ranked([*tried, *look.refined[len(close) :]])
     best = next((r for r in refined if r.reaches(ENOUGH)), None)
     won = cause_of(engine, best, look.fit.noise) if best else None
     return replace(look, refined=refined, best=best, one=won)
 
 
-def brought_back(engine: Engine, base: Fit, screened: Screened) -> Refined | None:
-    """Return a candidate refined beside a fit, from where it was without a course."""
+def brought_back(engine: Engine, base: Fit, gone: Sequence[Screened]) -> list[Refined]:
+    """Return candidates refined beside a fit, from where they were without a course."""
+    if not gone:
+        return []
     along = engine.whitened(base.signals, base.noise)
-    fit = with_effect(engine, base, screened, base.noise, along)
-    if fit is None:
-        return None
-    moved = replace(screened, values={k: fit.values[k] for k in screened.values})
-    gain = fit.score - base.score - handicap(moved, fit.values)
-    return Refined(moved, fit, gain, gain, fit.prior - base.prior)
+    fits = each(lambda r: with_effect(engine, base, r, base.noise, along), gone)
+    return [beside(base, r, fit) for r, fit in zip(gone, fits, strict=True) if fit]
 
 
 def fitted(engine: Engine, refined: Fit) -> Fit:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from rcc_sim.diagnose.causes.cause import ENOUGH, HILL, Cause
+from rcc_sim.diagnose.causes.cause import ENOUGH, Cause
 from rcc_sim.diagnose.causes.profile import with_acting
 from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
@@ -56,7 +56,7 @@ def without_idle(
         if needs(fit, less) < ENOUGH:
             causes, fit = others, descent.refit(engine, less, less.noise)
             continue
-        hill = next((c for c in others if c.profiles and c.effect == HILL), None)
+        hill = next((c for c in others if c.along_way), None)
         if hill is None:
             continue
         _, _, most, _ = instead(engine, fit, hill, as_many(hill))

@@ -176,9 +176,7 @@ def refine(
     for (r, _), fit in zip(found, fits, strict=True):
         if fit is None:
             continue
-        moved = replace(r, values={k: fit.values[k] for k in r.values})
-        before = fit.score - base.score - handicap(r, fit.values)
-        every.append(Refined(moved, fit, before, before, fit.prior - base.prior))
+        every.append(beside(base, r, fit))
     best = max(every, key=lambda r: r.before, default=None)
     if best is None or best.before <= 0:
         return []
@@ -186,6 +184,13 @@ def refine(
     if any(r.trusted + max(r.eased, TIED) >= needed for r in close):
         close = by_its_noise(engine, base, close, best)
     return ranked(close)
+
+
+def beside(base: Fit, screened: Screened, fit: Fit) -> Refined:
+    """Return a candidate with its fit, and what that gains over a base by its noise."""
+    moved = replace(screened, values={k: fit.values[k] for k in screened.values})
+    gain = fit.score - base.score - handicap(screened, fit.values)
+    return Refined(moved, fit, gain, gain, fit.prior - base.prior)
 
 
 def ranked(refined: Sequence[Refined]) -> list[Refined]:
