@@ -14,6 +14,7 @@ from rcc_sim.errors import InputError
 from rcc_sim.physics.ledger import left_open
 from rcc_sim.similitude.scale import Scales
 from rcc_sim.similitude.unlikely import DENSEST
+from rcc_sim.simulate.holes import bridged_but_holes
 from rcc_sim.trace import Trace, integral_of
 from rcc_sim.units import J_PER_WH
 
@@ -57,6 +58,8 @@ class EnergyReport:
         What the ledger leaves open, as a fraction of the throughput.
     regimes : tuple of Regime
         The same energy by kind of driving.
+    bridged : int
+        Rows without a reading of the power, over which it was drawn straight.
     """
 
     name: str
@@ -66,6 +69,7 @@ class EnergyReport:
     ledger: dict[str, float]
     residual: float | None
     regimes: tuple[Regime, ...] = field(default=())
+    bridged: int = 0
 
     @property
     def wh_per_km(self) -> float | None:
@@ -85,12 +89,12 @@ def energy_report(trace: Trace) -> EnergyReport:
 
     A trace with ledger columns (``battery_energy_j``, ``energy_<sink>_j``) is
     closed; one without is integrated from ``battery_power_w``, or voltage times
-    current, by the trapezoidal rule.
+    current, by the trapezoidal rule. Up to five rows without a reading are bridged.
 
     Raises
     ------
     InputError
-        If the trace holds no energy at all.
+        If the trace holds no energy at all, or is without a reading for longer.
     LedgerError
         If its ledger does not close to 1e-6 of the throughput.
     """
@@ -101,7 +105,8 @@ def energy_report(trace: Trace) -> EnergyReport:
         for column, values in trace.columns.items()
         if column.startswith("energy_") and column.endswith("_j")
     }
-    residual = _residual(trace, ledger) if "battery_energy_j" in trace else None
+    counted = "battery_energy_j" in trace
+    residual = _residual(trace, ledger) if counted else None
     distance = cumulative_distance(trace)
     return EnergyReport(
         name=trace.name,
@@ -111,6 +116,7 @@ def energy_report(trace: Trace) -> EnergyReport:
         ledger={sink: energy / J_PER_WH for sink, energy in ledger.items()},
         residual=residual,
         regimes=_regimes(trace, joules, distance),
+        bridged=0 if counted else int(np.isnan(_battery_power(trace)).sum()),
     )
 
 
@@ -155,7 +161,9 @@ def cumulative_distance(trace: Trace) -> Array:
 
 
 def _without_gaps(trace: Trace, values: Array, what: str) -> Array:
-    """Return a column that has no gaps, and no infinity; raise if it has."""
+    """Return a column with short gaps bridged; raise at a long one, or an infinity."""
+    if np.isnan(values).any() and not np.isinf(values).any():
+        values = bridged_but_holes(trace["time_s"], values)
     bad = ~np.isfinite(values)
     if bad.any():
         row, count = int(bad.argmax()), int(bad.sum())
@@ -163,7 +171,7 @@ def _without_gaps(trace: Trace, values: Array, what: str) -> Array:
         raise InputError(
             f"{trace.name}: {what}, row {row + 1}: {found} ({count} of {len(values)} "
             "rows)",
-            "an energy over a gap would be a guess; fill or cut the rows first",
+            "an energy over so long a gap would be a guess; fill or cut the rows first",
         )
     return values
 

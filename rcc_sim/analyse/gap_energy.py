@@ -12,7 +12,7 @@ from rcc_sim.analyse.gap_replays import Tolerances
 from rcc_sim.analyse.offsets import offset_sd
 from rcc_sim.definitions.kernel import motor_torque_constant
 from rcc_sim.definitions.vehicle import Vehicle
-from rcc_sim.simulate.holes import in_holes
+from rcc_sim.simulate.holes import bridged_but_holes
 from rcc_sim.simulate.smooth import HOLE
 from rcc_sim.trace import Trace
 from rcc_sim.units import J_PER_WH
@@ -126,14 +126,6 @@ def without_offsets(log: Trace, offsets: Mapping[str, float]) -> Trace:
         more = log[u] * log[i] - columns[u] * columns[i]
         columns[power] = columns[power] - np.nan_to_num(more)
     return replace(log, columns=columns)
-
-
-def bridged_but_holes(time: Array, values: Array) -> Array:
-    """Return a column with its rows between readings filled in, but for long holes."""
-    known = np.isfinite(values)
-    hole = in_holes(time, known)
-    whole = np.interp(time, time[known], values[known])
-    return whole if hole is None else np.where(hole, np.nan, whole)
 
 
 def shaft_power(columns: Mapping[str, Array], vehicle: Vehicle) -> Array | None:

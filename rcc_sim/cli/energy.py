@@ -74,6 +74,7 @@ def energy(
     vehicle's file are driven along the trace.
     """
     from rcc_sim.analyse.energy import energy_report, scaled_trace
+    from rcc_sim.analyse.logcheck.finding import counted
     from rcc_sim.errors import InputError
     from rcc_sim.trace import read_trace
 
@@ -86,6 +87,9 @@ def energy(
         _intervals(drives, vehicle, draws, seed, json=json, csv=csv, output=output)
         return
     reports = [energy_report(drive) for drive in drives]
+    for report in (r for r in reports if r.bridged):
+        rows_of = counted(report.bridged, "row")
+        say(f"note: {report.name}: no battery power in {rows_of}: bridged")
     if plot is not None:
         from rcc_sim.report.plots import plot_energy, save
 
@@ -185,6 +189,7 @@ def _one(report: EnergyReport, capacity_wh: float | None) -> dict[str, Any]:
         "wh_per_km": report.wh_per_km,
         "ledger": report.ledger,
         "residual": report.residual,
+        "bridged_rows": report.bridged,
         "regimes": [
             {
                 "regime": r.name,

@@ -21,7 +21,7 @@ V = np.clip(np.minimum(T - 5.0, 50.0 - T), 0.0, 10.0)
 
 
 def measured(power=200.0, **columns):
-    own = {"speed_mps": V, "battery_power_w": np.full(len(T), power)}
+    own = {"speed_mps": V, "battery_power_w": np.broadcast_to(power, len(T))}
     return Trace({"time_s": T, **own, **columns}, name="drive")
 
 
@@ -31,6 +31,25 @@ def test_a_way_with_a_gap_is_refused_by_its_row():
     way[-1] = np.nan
     with pytest.raises(InputError, match="drive: distance_m, row 120: missing"):
         energy_report(measured(distance_m=way))
+
+
+def test_rows_without_a_reading_are_bridged_and_counted():
+    power = 200.0 + 3.0 * T
+    lost = power.copy()
+    lost[[7, 30, 31, 90]] = np.nan
+    report = energy_report(measured(lost))
+    assert report.energy_wh == pytest.approx(energy_report(measured(power)).energy_wh)
+    assert report.bridged == 4
+
+
+@pytest.mark.parametrize(
+    ("lost", "row"), [(slice(20, 40), 21), (slice(0, 1), 1), (slice(1, None), 2)]
+)
+def test_a_long_hole_and_a_missing_end_are_refused_by_their_row(lost, row):
+    power = np.full(len(T), 200.0)
+    power[lost] = np.nan
+    with pytest.raises(InputError, match=f"drive: battery power, row {row}: missing"):
+        energy_report(measured(power))
 
 
 @pytest.mark.parametrize("column", ["battery_power_w", "speed_mps"])

@@ -249,6 +249,22 @@ def test_an_unsound_file_is_refused_by_name_line_and_mend(text, message, hint):
     assert hint in error.value.hint
 
 
+@pytest.mark.parametrize(("back", "stands"), [(0.0, True), (0.3, False)])
+def test_a_measured_speed_whose_noise_is_below_nil_stands_there(back, stands):
+    """And a car that rolls back is no noise."""
+    time = np.arange(0.0, 40.0, 0.1)
+    true = np.clip(np.minimum(time - 10.0, 35.0 - time), -back, 8.0)
+    speed = true + np.random.default_rng(3).normal(0.0, 0.02, len(time))
+    rows = "".join(f"{t:.1f},{v:.5f}\n" for t, v in zip(time, speed, strict=True))
+    if not stands:
+        with pytest.raises(InputError, match="line 2: speed should be at least 0"):
+            read_cycle(io.StringIO(HEAD + rows), "c.csv")
+        return
+    cycle = read_cycle(io.StringIO(HEAD + rows), "c.csv")
+    assert cycle.speed_mps == pytest.approx(np.maximum(speed, 0.0), abs=1e-5)
+    assert f"{(speed < 0).sum()} rows of noise below 0 m/s" in cycle.source
+
+
 @pytest.mark.parametrize("name", ["junk.csv", "junk.csv.gz"])
 @pytest.mark.parametrize(
     "junk",

@@ -9,7 +9,9 @@ from pathlib import Path
 from typing import TextIO
 
 import numpy as np
+from numpy.typing import NDArray
 
+from rcc_sim.channel import sensor_noise
 from rcc_sim.definitions import library
 from rcc_sim.definitions.cycle.rows import SUFFIXES, Rows, read_rows
 from rcc_sim.definitions.cycle.series import Cycle, first_fault, join
@@ -18,6 +20,9 @@ from rcc_sim.errors import InputError
 
 V_BELIEVABLE = 120.0
 """Top speed above which a file is taken to be in km/h and refused. [m/s]"""
+
+AT_REST = 5.0
+"""Times its noise by which a measured speed may be below nil: a car stands there."""
 
 SYNTAX = "write NAME, NAME[20:125] (s), NAME*3, NAME+NAME, a path, or - for stdin"
 
@@ -65,7 +70,8 @@ def read_cycle(source: str | Path | TextIO, name: str = "", origin: str = "") ->
     """Cycle from a CSV file or text stream.
 
     The header must hold ``time_s`` and ``speed_mps``; ``speed_ref_mps`` is read where
-    ``speed_mps`` is absent. Other columns are ignored.
+    ``speed_mps`` is absent. Other columns are ignored. Where noise takes a measured
+    speed below 0 the car stands, and it is 0.
 
     Parameters
     ----------
@@ -88,10 +94,13 @@ def read_cycle(source: str | Path | TextIO, name: str = "", origin: str = "") ->
     """
     where = str(source) if isinstance(source, (str, Path)) else name or "stdin"
     rows = read_rows(source, where)
-    _check_rows(where, rows)
-    plain = Path(where).name.removesuffix(".gz").removesuffix(".csv")
     time, speed = np.asarray(rows.time), np.asarray(rows.speed)
-    source = origin or Path(where).name
+    source, below = origin or Path(where).name, speed < 0
+    if below.any() and -speed.min() <= AT_REST * sensor_noise(speed):
+        speed = np.maximum(speed, 0.0)
+        source += f"; {below.sum()} rows of noise below 0 m/s taken as 0"
+    _check_rows(where, rows, speed)
+    plain = Path(where).name.removesuffix(".gz").removesuffix(".csv")
     return Cycle(name or plain, time, speed, source, rows.others)
 
 
@@ -100,11 +109,10 @@ def list_cycles(places: Sequence[Place] | None = None) -> list[Entry]:
     return library.names("cycles", SUFFIXES, places)
 
 
-def _check_rows(where: str, rows: Rows) -> None:
+def _check_rows(where: str, rows: Rows, speed: NDArray[np.float64]) -> None:
     if len(rows.time) < 2:
         raise InputError(f"{where}: should have at least 2 rows: {len(rows.time)}")
-    time, speed = np.asarray(rows.time), np.asarray(rows.speed)
-    fault = first_fault(time, speed)
+    fault = first_fault(np.asarray(rows.time), speed)
     if fault:
         raise InputError(
             f"{where}: line {rows.line[fault.row]}: {fault.message}", fault.hint
