@@ -25,6 +25,7 @@ from rcc_sim.cli.logs import (
     Hide,
     Map,
     Model,
+    Plot,
     Reader,
     Repeats,
     Span,
@@ -135,6 +136,7 @@ def diagnose(
             callback=not_foreign,
         ),
     ] = None,
+    plot: Plot = None,
     html: Annotated[
         Path | None, typer.Option(help="Write it as a page.", metavar="F.html")
     ] = None,
@@ -170,6 +172,7 @@ def diagnose(
                 "--write-vehicle": write_vehicle,
                 "--profiles": profiles,
                 "--next-run": next_run,
+                "--plot": plot,
                 "--text": text,
             }
         )
@@ -183,11 +186,20 @@ def diagnose(
     logs, back, on_stand = logs or [], back or [], on_stand or []
     inputs = [*logs, *back, *on_stand, *(holdout or []), *(repeats or [])]
     once(inputs)
+    if plot is not None:
+        from rcc_sim.report.plots import format_of, save
+
+        format_of(plot)  # before a fit that takes its time
     found = _found(
         logs, back, on_stand, vehicle, withhold or [], hide or [], effects,
         holdout or [], repeats or [], span_of(span), reader, map_, next_run,
     )  # fmt: skip
     _write(found, write_vehicle, profiles, next_run)
+    if plot is not None:
+        from rcc_sim.report.diagnosis_plot import plot_diagnosis
+
+        save(plot_diagnosis(found), plot)
+        say(f"wrote {plot}")
     if html is not None:
         from rcc_sim.report.diagnosis_page import diagnosis_page
 

@@ -38,7 +38,7 @@ def diagnosis_page(found: Diagnosis, inputs: Sequence[str | Path] = ()) -> Repor
     """
     gap = found.gap
     shown = {channel.channel for channel in gap.channels} | {"speed_mps"}
-    after = _mended(found)
+    after = mended(found)
     given_away = signatures(found) if found.status != "no_gap" else None
     names = [short(g.log) for g in found.gaps]
     many = f"{short(gap.log)}, one of {len(names)} logs" if names[1:] else ""
@@ -59,7 +59,7 @@ def diagnosis_page(found: Diagnosis, inputs: Sequence[str | Path] = ()) -> Repor
     )
 
 
-def _mended(found: Diagnosis) -> Columns:
+def mended(found: Diagnosis) -> Columns:
     """Return a free run of the mended vehicle at the rows of the log shown."""
     figures = figures_of(found.fit.values, found.shown)
     on = with_profiles(found.plain, [a.cause for a in found.asserted], found.shown)

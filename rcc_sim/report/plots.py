@@ -72,17 +72,27 @@ def save(figure: Figure, path: Path) -> None:
     """
     import io
 
+    kind, picture = format_of(path), io.BytesIO()
+    undated = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}[kind]
+    figure.savefig(picture, format=kind, metadata=undated, bbox_inches="tight")
+    with atomic(path, "wb") as file:
+        file.write(picture.getvalue())
+
+
+def format_of(path: Path) -> str:
+    """Return in what format a picture is written, by the suffix of its name.
+
+    Raises
+    ------
+    InputError
+        If the suffix is not that of a picture.
+    """
     if path.suffix.lower() not in FORMATS:
         raise InputError(
             f"{path}: cannot draw into a {path.suffix or 'nameless'} file",
             f"name it {', '.join(f'*{f}' for f in FORMATS)}",
         )
-    picture = io.BytesIO()
-    kind = path.suffix[1:].lower()
-    undated = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}[kind]
-    figure.savefig(picture, format=kind, metadata=undated, bbox_inches="tight")
-    with atomic(path, "wb") as file:
-        file.write(picture.getvalue())
+    return path.suffix[1:].lower()
 
 
 def plot_run(*traces: Trace, columns: Sequence[str] = ()) -> Figure:

@@ -30,6 +30,7 @@ def test_a_diagnosis_writes_all_that_is_asked_for(drive, tmp_path):
         "--profiles": tmp_path / "profiles.csv",
         "--next-run": tmp_path / "next.csv",
         "--html": tmp_path / "page.html",
+        "--plot": tmp_path / "plot.png",
     }
     options = [word for pair in files.items() for word in pair]
     done = rccsim("diagnose", drive, "--vehicle", "rcc", "--json", *options)
@@ -90,6 +91,7 @@ def test_a_mended_file_without_a_cause_is_said_to_be_one(drive, tmp_path):
         (["--vehicle", "rcc", "--candidates", "no_such"], "no such effect"),
         (["--vehicle", "rcc", "--candidates", "heater"], "mean `auxiliary_load`?"),
         (["--vehicle", "rcc", "--withhold", "tyre_saturation"], "does not have it"),
+        (["--vehicle", "rcc", "--plot", "p.jpeg"], "cannot draw into a .jpeg"),
     ],
 )
 def test_wrong_words_are_told(drive, words, told):

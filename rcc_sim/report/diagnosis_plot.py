@@ -1,0 +1,94 @@
+"""A diagnosis drawn: measured, simulated as stated and mended, and what varies."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rcc_sim.analyse.gap_energy import logged_power
+from rcc_sim.diagnose.diagnosis import Diagnosis
+from rcc_sim.report.diagnosis_page import diagnosis_page, mended
+from rcc_sim.report.lines import Array, Line, shown
+from rcc_sim.report.panels import EPOCH, Panel, charts_of
+from rcc_sim.report.plots import COLOURS, POINTS, _legend_above, _sheet
+from rcc_sim.report.text import probable, short
+from rcc_sim.trace import integral_of
+from rcc_sim.units import J_PER_WH
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+DRAWN: dict[str, dict[str, Any]] = {
+    "m": {"label": "measured", "color": "#AAAAAA", "lw": 2.2},
+    "b": {"label": "simulated as stated", "color": COLOURS[1], "lw": 0.9, "ls": "--"},
+    "a": {"label": "mended", "color": COLOURS[0], "lw": 0.9},
+}
+"""Kind of line -> how it is drawn: the measured one wide and pale, under the others."""
+
+
+def plot_diagnosis(found: Diagnosis) -> Figure:
+    """Draw the log that is shown: its energy gap, the channels, what varies.
+
+    Measured, simulated by the vehicle as it is stated, and once it is mended; of a
+    cause that varies its course with a 90 % band. Stretches where most of the gap sits
+    are shaded.
+    """
+    charts = charts_of(diagnosis_page(found))
+    panels = [p for p in charts.panels if p.place == "time"] if charts else []
+    panels = [*_energy_gap(found), *panels]
+    figure, axes = _sheet(max(len(panels), 1), height=1.45, sharex=True)
+    for axis, panel in zip(axes, panels, strict=False):
+        _draw(axis, panel)
+    told = {
+        line.get_label(): line for axis in axes for line in reversed(axis.get_lines())
+    }
+    names = [how["label"] for how in DRAWN.values() if how["label"] in told]
+    _legend_above(axes[0], [told[name] for name in names], names)
+    since = charts is not None and charts.since_start
+    axes[-1].set_xlabel("Time since the log's start [s]" if since else "Time [s]")
+    figure.suptitle(_title(found), x=0.02, ha="left")
+    return figure
+
+
+def _energy_gap(found: Diagnosis) -> list[Panel]:
+    """Return how far measured energy has run off the simulated one, up to each row."""
+    gap = found.gap
+    power, time = logged_power(gap.measured), gap.measured["time_s"]
+    if power is None or "battery_power_w" not in gap.simulated:
+        return []
+
+    def off(simulated: Array) -> Array:
+        missed = np.nan_to_num(power - simulated)
+        return integral_of(time, missed) / J_PER_WH
+
+    start = float(time[0]) if abs(float(time[0])) > EPOCH else 0.0
+    both = {"b": gap.simulated, "a": mended(found)}
+    lines = (
+        Line(kind, kind, time - start, off(part["battery_power_w"]))
+        for kind, part in both.items()
+    )
+    return [Panel("gap", "Energy gap [Wh]", "Wh", tuple(lines))]
+
+
+def _draw(axis: Axes, panel: Panel) -> None:
+    found = [line for line in panel.lines if line.kind not in DRAWN]
+    for line in panel.lines:
+        if line.kind in DRAWN:
+            x, y = shown(line.x, line.y, POINTS)
+            axis.plot(x, y, **DRAWN[line.kind])
+    if len(found) == len(("low", "high")):  # of a profile
+        low, high = (line.y for line in found)
+        colour = DRAWN["a"]["color"]
+        axis.fill_between(found[0].x, low, high, color=colour, alpha=0.25, lw=0)
+    for span in panel.flagged:
+        axis.axvspan(span.start_s, span.end_s, color=COLOURS[4], alpha=0.15, lw=0)
+    axis.set_ylabel(panel.title.removeprefix("Found: ").replace(", ", ",\n"))
+
+
+def _title(found: Diagnosis) -> str:
+    """Return what was found, in a line."""
+    of = f"{short(found.gap.log)} against {found.gap.vehicle}"
+    causes = [f"{a.cause.effect} {probable(a.probability)}" for a in found.asserted]
+    return f"{of}: {', '.join(causes) or found.status.replace('_', ' ')}"
