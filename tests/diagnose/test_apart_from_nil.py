@@ -9,10 +9,12 @@ from rcc_sim.analyse.logged import open_log
 from rcc_sim.diagnose.causes.cause import Cause
 from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
+from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.fitting.knobs import Knob
 from rcc_sim.diagnose.judge.apart_from_nil import apart_from_nil
-from rcc_sim.diagnose.judge.asserted import Asserted, Estimate
+from rcc_sim.diagnose.judge.asserted import Asserted, Estimate, may_be_nil
 from rcc_sim.diagnose.residuals.posed import problem_of
+from rcc_sim.physics.effects import EFFECTS
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import replay
 from rcc_sim.trace import Trace
@@ -65,3 +67,22 @@ def test_a_play_that_takes_up_all_steering_has_a_least_width(engine):
 
 def test_what_is_no_likelier_than_not_stays_as_it_is(engine):
     assert told(engine, 0.3, 0.5).low == 0.0
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "sd", "nil"),
+    [
+        ("effects.steering_offset.angle_rad", 0.001, 0.002, True),
+        ("effects.steering_offset.angle_rad", 0.01, 0.002, False),
+        ("effects.steering_gain.gain", 1.02, 0.05, True),
+        ("effects.regeneration_limit.max_torque_nm", 0.04, 0.2, False),
+    ],
+)
+def test_it_may_be_nil_where_the_effect_vanishes_and_a_limit_of_nil_does_all(
+    key, value, sd, nil
+):
+    """A motor that may not brake at all has a limit of 0, and no limit is infinite."""
+    knob = Knob(key, value, inf, -inf if "offset" in key else 0.0, inf)
+    fit = Fit({key: value}, (knob,), 0.0, 0.0, [], [], np.array([[sd**-2]]))
+    cause = Cause(key.split(".")[1], (key,), 100.0)
+    assert may_be_nil(fit, cause, {}, 0.01, EFFECTS) is nil

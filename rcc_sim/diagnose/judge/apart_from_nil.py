@@ -11,7 +11,7 @@ from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.judge.asserted import Asserted, Estimate
 from rcc_sim.diagnose.judge.chances import EVEN
-from rcc_sim.physics.effects import neutral_of
+from rcc_sim.physics.effects import nil_of
 
 LESS = 0.5 * Z_90**2
 """Nats by which the end of a 90 % interval is less likely than its middle."""
@@ -41,7 +41,7 @@ def apart_from_nil(
 def _ended(engine: Engine, fit: Fit, one: Asserted, name: str) -> Estimate:
     """Return an estimate whose interval holds its neutral value no more, if it may."""
     told, (key,) = one.figures[name], one.cause.keys
-    nil = neutral_of(key, engine.problems[0].vehicle.known)
+    nil = nil_of(key, engine.problems[0].vehicle.known)
     inside = told.low <= nil <= told.high and nil != told.value
     if not inside or not fit.frees(key) or _lost(engine, fit, key, nil) < LESS:
         return told

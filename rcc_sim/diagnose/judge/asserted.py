@@ -17,7 +17,7 @@ from rcc_sim.diagnose.fitting.knobs import Knob
 from rcc_sim.diagnose.judge.ties import Rival
 from rcc_sim.diagnose.search.screen import CLOSER, TICK
 from rcc_sim.physics.effect import Effect
-from rcc_sim.physics.effects import EFFECTS, neutral_of
+from rcc_sim.physics.effects import EFFECTS, nil_of
 from rcc_sim.units import unit_of
 
 Array = NDArray[np.float64]
@@ -174,8 +174,8 @@ def may_be_nil(
     if cause.profiles:
         return False
     found = estimates(fit, cause, stated, row)
-    neutral = {k.rpartition(".")[2]: neutral_of(k, known) for k in cause.keys}
-    return all(e.low <= neutral[name] <= e.high for name, e in found.items())
+    nil = {k.rpartition(".")[2]: nil_of(k, known) for k in cause.keys}
+    return all(e.low <= nil[name] <= e.high for name, e in found.items())
 
 
 def resolution(knob: Knob, value: float, row: float) -> float:

@@ -16,11 +16,16 @@ EFFECTS: dict[str, Effect] = {
 """Id -> effect, in alphabetical order."""
 
 
-def neutral_of(key: str, known: Mapping[str, Effect]) -> float:
-    """Value of a figure at which its effect vanishes; 0 where that is infinite.
+def nil_of(key: str, known: Mapping[str, Effect]) -> float:
+    """Value of a figure at which its effect vanishes; infinite of a limit.
 
     ``known`` are all effects, a user's own among them.
     """
     _, name, param = key.split(".")
-    neutral = known[name].param(param).neutral if name in known else 0.0
-    return neutral if isfinite(neutral) else 0.0
+    return known[name].param(param).neutral if name in known else 0.0
+
+
+def neutral_of(key: str, known: Mapping[str, Effect]) -> float:
+    """The same as a number from which a figure can be counted: 0 of a limit."""
+    nil = nil_of(key, known)
+    return nil if isfinite(nil) else 0.0
