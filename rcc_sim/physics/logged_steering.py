@@ -6,6 +6,7 @@ rows, and look like tyres that relax.
 """
 
 from rcc_sim.jit import jit
+from rcc_sim.physics.tables import BEFORE, LINE
 
 STRAIGHT = 1e-3  # rad; bend of two cells beside one, in which a line errs by a 16th
 
@@ -24,7 +25,9 @@ def enter_cell(u, time, steer, i, held):
     u.steer_1 = 0.0
     u.steer_2 = 0.0
     u.steer_3 = 0.0
-    if held or len(time) < 2:
+    if held == BEFORE and i + 1 < len(time):
+        u.steer_0 = steer[i + 1]
+    if held != LINE or len(time) < 2:
         return
     u.per_s = 1.0 / (time[i + 1] - time[i])
     rise = steer[i + 1] - steer[i]

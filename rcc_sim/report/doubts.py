@@ -39,7 +39,7 @@ AS_A_DRAG = {
 
 
 CONTRADICTED = (
-    *("misread", "late", "wander", "may_wander", "disagrees"),
+    *("misread", "late", "until", "wander", "may_wander", "disagrees"),
     *("opposed", "restless"),
     *("no_bends", "not_judged"),
 )

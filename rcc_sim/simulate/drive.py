@@ -82,8 +82,8 @@ class Drive:
     held : tuple of int
         How reference or throttle, and steering, run between the rows
         (``physics.tables``): LINE, the first straight and the steering as a hand moves
-        it; SINCE, held until the next, as digital commands are; BEFORE, the reference
-        alone, where a row shows what acts already.
+        it; SINCE, held until the next, as digital commands are; BEFORE, held until
+        their row, where that shows what acts already.
     stated, climbed : bool
         Whether the file states the road; whether its slope is what the log's elevation
         gains over that distance.

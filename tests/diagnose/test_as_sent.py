@@ -19,7 +19,7 @@ from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.diagnose.search.as_sent import freed, spares
 from rcc_sim.diagnose.search.compete import Explanation, compete
-from rcc_sim.physics.tables import SINCE
+from rcc_sim.physics.tables import BEFORE, SINCE
 from rcc_sim.similitude.cycles import scale_cycle
 from rcc_sim.simulate.drive import drive_of, holds
 from rcc_sim.simulate.replay import replay
@@ -92,6 +92,19 @@ def test_they_are_no_delay(asked, row):
     log = sent(asked, row)
     assert not any(holds(log.log[c]) for c in COMMANDS)  # each row has another value
     assert diagnose([log], CAR).asserted == ()
+
+
+def test_nor_those_in_force_until_their_row_tyres_or_an_inertia(asked):
+    """As of a loop that steps the car, and then writes what it did and what it sees."""
+    columns = dict(sent(asked, 0.02).log.columns)
+    columns |= {c: np.roll(columns[c], 1) for c in COMMANDS}
+    log = Logged(Trace(columns, name="stepped"), (), None)
+    rivals = ("yaw_inertia", "rear_cornering_stiffness", "cg_shift", "speed_loop")
+    found = diagnose([log], CAR, candidates=(*STEERING, *rivals))
+    assert found.asserted == ()
+    assert found.found.engine.problems[0].drive.held == (BEFORE, BEFORE)
+    told = [f.channel for f in found.gap.findings if f.kind == "until"]
+    assert told == list(COMMANDS)
 
 
 STEERING = ("steering_delay", "steering_lag", "tyre_relaxation", "sensor_delay")

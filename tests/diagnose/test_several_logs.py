@@ -16,7 +16,7 @@ from rcc_sim.diagnose.judge.stands import varying_as
 from rcc_sim.diagnose.proof.hold_out import energies, energy_percent
 from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.search.ways import every_way, kept_alike
-from rcc_sim.physics.tables import LINE, SINCE
+from rcc_sim.physics.tables import BEFORE, LINE, SINCE
 from rcc_sim.simulate.run import simulate
 from rcc_sim.trace import Trace
 from tests import scaled_drive
@@ -78,7 +78,8 @@ def test_logs_of_other_rates_are_asked_every_way_together(commanded):
     windows = {tuple(d.window for d in some[:2]) for some in ways}
     assert (commanded.drive.window, 0.003) in windows
     alone = every_way([speed])
-    assert [some[0].held for some in alone] == [straight, (LINE, SINCE)]
+    each_way = [(LINE, how) for how in (LINE, SINCE, BEFORE)]
+    assert [some[0].held for some in alone] == each_way
     by_hand = replace(speed, vehicle=load_vehicle("r1t"))
     assert all(
         some[2] is by_hand.drive for some in every_way([commanded, other, by_hand])

@@ -72,15 +72,20 @@ def test_what_a_stronger_cause_may_leave_does_not_speak_against_a_weaker(
 
 
 @pytest.mark.parametrize(
-    ("gain", "beside", "stays"),
-    [(25.0, 20.0, True), (25.0, 9.0, False), (31.0, 9.0, True)],
+    ("gain", "eased", "beside", "stays"),
+    [
+        (25.0, 0.0, 20.0, True),
+        (25.0, 0.0, 9.0, False),
+        (31.0, 0.0, 9.0, True),
+        (25.0, 6.0, 9.0, True),  # no drag lets stated figures go back
+    ],
 )
 def test_of_what_chance_may_leave_as_much_may_be_left_without_the_cause(
-    monkeypatch, gain, beside, stays
+    monkeypatch, gain, eased, beside, stays
 ):
     monkeypatch.setattr(stands, "nats_beside", lambda *_: beside)
     drag = Remainder(30.0, "drag", "time_s", [], shares=np.ones(1))
-    cause = Cause("payload", ("x",), gain, shares=np.ones(1))
+    cause = Cause("payload", ("x",), gain, eased, shares=np.ones(1))
     assert stands.outlives(None, cause, replace(drag, rivals=(drag,)), None) is stays
 
 

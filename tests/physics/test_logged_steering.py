@@ -7,6 +7,7 @@ import pytest
 from scipy.interpolate import CubicHermiteSpline
 
 from rcc_sim.physics.logged_steering import STRAIGHT, enter_cell, steering_at
+from rcc_sim.physics.tables import BEFORE, LINE, SINCE
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import replay
 from rcc_sim.trace import Trace
@@ -15,7 +16,7 @@ from tests.cars import car
 AT = np.linspace(0.0, 3.0, 1201)
 
 
-def between(time, steer, at, held=False):
+def between(time, steer, at, held=LINE):
     """The kernel's steering at some times."""
     u, found = SimpleNamespace(), []
     for t in at:
@@ -51,17 +52,19 @@ def test_it_cuts_no_turn_as_a_line_does(rows):
     assert off[0] < 0.25 * off[1]
 
 
-def test_at_its_ends_it_runs_straight_and_a_held_one_stands(rows):
+def test_at_its_ends_it_runs_straight_and_a_held_one_is_a_rows(rows):
     time, steer = rows
     ends = AT[(AT < time[1]) | (AT >= time[-2])]
     assert between(time, steer, ends) == pytest.approx(np.interp(ends, time, steer))
     last = np.searchsorted(time, AT[:-1], side="right") - 1
-    assert between(time, steer, AT[:-1], held=True) == pytest.approx(steer[last])
+    assert between(time, steer, AT[:-1], SINCE) == pytest.approx(steer[last])
+    assert between(time, steer, AT[:-1], BEFORE) == pytest.approx(steer[last + 1])
     u = SimpleNamespace()
-    enter_cell(u, time, steer, 0, False)
+    enter_cell(u, time, steer, 0, LINE)
     assert steering_at(u, -0.1) == steer[0]
-    enter_cell(u, time[:1], np.array([0.1]), 0, False)
-    assert steering_at(u, 5.0) == 0.1
+    for held in (LINE, SINCE, BEFORE):
+        enter_cell(u, time[:1], np.array([0.1]), 0, held)
+        assert steering_at(u, 5.0) == 0.1
 
 
 @pytest.mark.parametrize("imposed", [True, False])

@@ -109,6 +109,11 @@ class Cause:
         return self.gain * self.sharpened
 
     @property
+    def trusted(self) -> float:
+        """Those nats, and once more those by which stated figures went back."""
+        return self.sharp + self.eased
+
+    @property
     def over_time(self) -> bool:
         """Whether it varies with the time, and not along the road."""
         return any(p.along == "time_s" for p in self.profiles.values())

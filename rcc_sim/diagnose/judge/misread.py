@@ -19,7 +19,8 @@ from rcc_sim.diagnose.residuals.lateness import battery_channel
 from rcc_sim.diagnose.residuals.problem import Problem
 from rcc_sim.diagnose.residuals.shapes import ALTIMETER, SCALE
 from rcc_sim.diagnose.residuals.terminals import RESISTANCE, VOLTAGE
-from rcc_sim.simulate.drive import is_on_stand
+from rcc_sim.physics.tables import BEFORE
+from rcc_sim.simulate.drive import COMMANDS, is_on_stand
 
 NOTHING = 0.25
 """Share of what an altimeter shows below which next to nothing was felt of it."""
@@ -92,6 +93,7 @@ def findings_of(
     return (
         *misread(fit, log),
         *behind(fit, problem),
+        *until_their_rows(problem),
         *of_heights(wanders, log, accelerometer=FELT in problem.channels),
         *disagreeing(engine, fit, log),
         *restless.coming_and_going(engine, causes, loose, log),
@@ -138,6 +140,26 @@ def behind(fit: Fit, problem: Problem) -> tuple[Finding, ...]:
         )
         for knob in delay_knobs(problem)
         if knob.key in taken and fit.values[knob.key] > knob.sd
+    )
+
+
+def until_their_rows(problem: Problem) -> tuple[Finding, ...]:
+    """Return what to say of commands that were in force when their rows were written.
+
+    As of a loop that steps the vehicle, and then logs what it did and what it saw.
+    """
+    columns = (COMMANDS.get(problem.vehicle.mode, ""), "steer_cmd_rad")
+    return tuple(
+        Finding(
+            "until",
+            column,
+            "was in force until the row that shows it, not from it on",
+            action="the fit takes it so; for the gap and other tools, move it up by a "
+            "row",
+            severity="warning",
+        )
+        for column, held in zip(columns, problem.drive.held, strict=True)
+        if held == BEFORE and column in problem.log
     )
 
 

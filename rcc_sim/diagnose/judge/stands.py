@@ -187,7 +187,7 @@ def standing(now: Standing) -> list[Cause]:
 
 def is_steady(cause: Cause, left: Remainder) -> bool:
     """Tell whether a cause that was taken as constant acts all the time."""
-    share = UNSTEADY * (cause.sharp + cause.eased)
+    share = UNSTEADY * cause.trusted
     some = (share, UNSTEADY_ENOUGH)
     most = max(some) if left.is_real else sum(some)
     return left.change_of(cause.effect) <= most
@@ -201,9 +201,11 @@ def outlives(
     Where that is small beside it, or may be left by chance and is no likelier, or by
     stronger causes, of which so many nats are ``spared``. Else if it is needed beside
     that, too; but not where what is real outweighs it, or would be real whatever it
-    follows.
+    follows. Stated figures that go back count against what chance may leave, which lets
+    none go.
     """
-    nats, gain = left.against(cause.effect, cause.shares) - spared, cause.sharp
+    nats = left.against(cause.effect, cause.shares) - spared
+    gain = cause.sharp if left.is_real else cause.trusted
     if nats <= (WITHDRAWN * gain if left.is_real else max(gain, ENOUGH)):
         return True
     if cause.profiles or (left.is_real and nats > min(gain, UNKNOWN_ENOUGH)):
@@ -215,8 +217,9 @@ def nats_beside(engine: Engine, cause: Cause, left: Remainder, fit: Fit) -> floa
     """Nats that a constant cause gains where something unknown acts with and without.
 
     Of a rough road there is as much either way, and it says nothing about the cause.
-    With s the scores by the noise that the cause leaves, and u the nats of what is left
-    in its tracks: (s + u) - (s' + u'), the dashed ones without it.
+    With s the scores by the noise that the cause leaves, p the nats of stated figures
+    in them and u those of what is left in its tracks: (s + p + u) - (s' + p' + u'), the
+    dashed ones without it.
     """
     less = without(engine, fit, cause.keys)
     if less is None:
@@ -224,4 +227,4 @@ def nats_beside(engine: Engine, cause: Cause, left: Remainder, fit: Fit) -> floa
     less = descent.improved(engine, less, descent.ROUNDS)
     other = replace(remainder(engine, less), apart=left.apart)
     u, v = (r.against(cause.effect, cause.shares) for r in (left, other))
-    return fit.score - less.score + u - v
+    return fit.score + fit.prior - less.score - less.prior + u - v

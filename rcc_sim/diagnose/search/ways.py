@@ -22,7 +22,8 @@ def every_way(problems: Sequence[Problem]) -> list[list[Drive]]:
 
     One logger wrote them: what is asked is asked of all that are driven by commands, of
     the steering also where the motion that was measured drives a car that is steered by
-    commands. A car that takes its reference by a clock of its own
+    commands. A loop that steps the car, and then logs what it did, shows in a row what
+    has acted until then. A car that takes its reference by a clock of its own
     (``reference_sampling``) may have been logged after it: a row then shows what has
     acted since that clock struck.
     """
@@ -32,6 +33,7 @@ def every_way(problems: Sequence[Problem]) -> list[list[Drive]]:
     clocked = any("reference_sampling" in p.vehicle.effects for p in problems)
     references = (LINE, SINCE, BEFORE)[: 2 + clocked] if commanded else (LINE,)
     ways = [(r, s) for r in references for s in (LINE, SINCE)]
+    ways += [(BEFORE if commanded else LINE, BEFORE)]
     every = dict.fromkeys(zip(*map(averages_in_turn, problems), strict=True))
 
     def one(p: Problem, way: tuple[int, int], over: tuple[float, float]) -> Drive:
