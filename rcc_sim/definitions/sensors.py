@@ -60,7 +60,8 @@ def delays_of(sensors: dict[str, Sensor], where: str) -> dict[str, Figure]:
     Raises
     ------
     InputError
-        If a column's delay is not modelled, or two columns of one sensor differ.
+        If a column's delay is not modelled or below what its sensor's may be, or two
+        columns of one sensor differ.
     """
     found: dict[str, Figure] = {}
     first: dict[str, str] = {}
@@ -75,6 +76,13 @@ def delays_of(sensors: dict[str, Sensor], where: str) -> dict[str, Figure]:
                 f"it is of {', '.join(DELAYED)}",
             )
         name = DELAYED[column]
+        least = sensor_delay.EFFECT.param(name).bounds[0]
+        most_early = latency.value if latency.low is None else latency.low
+        if most_early < least:
+            raise InputError(
+                f"{at}: should be at least {least:g}: {most_early:g}",
+                "a battery alone may be asked after the speed, and read less late",
+            )
         if found.setdefault(name, latency).value != latency.value:
             raise InputError(
                 f"{at}: {latency.value:g} s, and {found[name].value:g} s for "

@@ -11,12 +11,15 @@ from rcc_sim.definitions.figure import Figure
 
 
 def _within(low: float, high: float, *, zero: bool = False) -> AfterValidator:
-    """Refuse a figure outside (low, high), or below zero, or zero unless allowed."""
+    """Refuse a figure outside (low, high), or below zero, or zero unless allowed.
+
+    One whose ``low`` is below zero may be.
+    """
 
     def check(figure: Figure) -> Figure:
         ends = (figure.value, figure.low, figure.high)
         for number in (end for end in ends if end is not None):
-            if number < 0 or (number == 0 and not zero):
+            if low >= 0 and (number < 0 or (number == 0 and not zero)):
                 rule = "at least 0" if zero else "greater than 0"
                 raise ValueError(f"should be {rule}: {number:g}")
             if number != 0 and not low <= number <= high:
@@ -147,7 +150,7 @@ class Sensor(Table):
     bias_sd: NotNegative | None = None
     scale_sd: NotNegative | None = None
     resolution: NotNegative | None = None
-    latency_s: Annotated[Figure, _within(0.0, 2.0, zero=True)] | None = None
+    latency_s: Annotated[Figure, _within(-2.0, 2.0, zero=True)] | None = None
 
 
 ADVICE = {
@@ -186,7 +189,8 @@ ADVICE = {
     "sensors.resolution": "step between two readings; counts as noise where noise_sd "
     "is stated",
     "sensors.latency_s": "how late it reads, one for all columns of a sensor; the same "
-    "as that sensor's figure of effects.sensor_delay, which counts where both stand",
+    "as that sensor's figure of effects.sensor_delay, which counts where both stand; of "
+    "a battery less than 0 where it was asked after the speed",
     "sensors.scale_sd": "share by which it may read too much or too little: of "
     "motor_torque_nm, 0.03 where none is stated, of elevation_m, 0.1, of yaw rate and "
     "accelerations, 0.015; of no other (a current's is effects.current_sensor_scale)",

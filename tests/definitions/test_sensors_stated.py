@@ -60,7 +60,8 @@ def test_what_the_effect_states_counts(file_of):
     [
         ("[sensors.yaw_rate]\nnoise_sd = 0.1", "sensors.yaw_rate: no such key"),
         ("[sensors.x_m]\nlatency_s = 0.1", "delay of this column is not modelled"),
-        ("[sensors.speed_mps]\nlatency_s = 3", "between 0 and 2"),
+        ("[sensors.speed_mps]\nlatency_s = 3", "between -2 and 2"),
+        ("[sensors.speed_mps]\nlatency_s = -0.1", "should be at least 0: -0.1"),
         (
             "[sensors.speed_mps]\nscale_sd = 0.1",
             "is read of motor_torque_nm, elevation_m, yaw_rate_radps, accel_x_mps2",

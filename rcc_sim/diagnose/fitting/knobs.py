@@ -236,6 +236,8 @@ def nuisance_knobs(problems: Sequence[Problem]) -> list[Knob]:
 def delay_knobs(problem: Problem) -> list[Knob]:
     """The delay that the battery's readings may have beside the speed in a slow log.
 
+    Which of the two was asked first no log says: it may be less than nil. Were it not,
+    a speed two rows late and a battery nearly as late would explain one that is early.
     None where a torque drives the model: what its clock does to them are shapes of
     their own. Nor where they, or the speed, are clearly late: that is a cause.
     """
@@ -256,7 +258,7 @@ def starts_of(problems: Sequence[Problem]) -> dict[str, float]:
     slow = slow_one(problems)
     if slow is None:
         return {}
-    return {knob.key: max(slow.delay[0], 0.0) for knob in delay_knobs(slow)}
+    return {knob.key: slow.delay[0] for knob in delay_knobs(slow)}
 
 
 def slow_one(problems: Sequence[Problem]) -> Problem | None:

@@ -134,12 +134,13 @@ def behind(fit: Fit, problem: Problem) -> tuple[Finding, ...]:
         Finding(
             "late",
             battery_channel(problem),
-            f"comes some {fit.values[knob.key]:.2g} s later than the speed",
+            f"comes some {abs(late):.2g} s {'later' if late > 0 else 'earlier'} than "
+            "the speed",
             action="the fit takes it so; [sensors] latency_s states how late it is",
             severity="warning",
         )
         for knob in delay_knobs(problem)
-        if knob.key in taken and fit.values[knob.key] > knob.sd
+        if knob.key in taken and abs(late := fit.values[knob.key]) > knob.sd
     )
 
 

@@ -129,11 +129,11 @@ def _rows(tried, *, of="row", columns=(), opposes=(), shows_in=()):
     )
 
 
-def _more(name, what, *columns, of="row", opposes=(), shows_in=()):
+def _more(name, what, *columns, of="row", opposes=(), shows_in=(), least=0.0):
     return Param(
         name,
         neutral=0.0,
-        bounds=(0.0, 2.0),
+        bounds=(least, 2.0),
         typical=(0.005, 0.2),
         about=f"more delay of {what}, on top of delay_s",
         optional=True,
@@ -182,9 +182,11 @@ EFFECT = Effect(
         ),
         _more(
             "battery_delay_s",
-            "battery voltage, current and power",
+            "battery voltage, current and power; less than 0 where they were asked "
+            "after the speed",
             "battery_current_a",
             "battery_power_w",
+            least=-2.0,
         ),
     ),
     channels=("speed_mps", "yaw_rate_radps", "motor_current_a", "battery_power_w"),
