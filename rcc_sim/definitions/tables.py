@@ -189,8 +189,8 @@ ADVICE = {
     "sensors.resolution": "step between two readings; counts as noise where noise_sd "
     "is stated",
     "sensors.latency_s": "how late it reads, one for all columns of a sensor; the same "
-    "as that sensor's figure of effects.sensor_delay, which counts where both stand; of "
-    "a battery less than 0 where it was asked after the speed",
+    "as that sensor's figure of effects.sensor_delay, which counts where both stand; "
+    "of a battery less than 0 where it was asked after the speed",
     "sensors.scale_sd": "share by which it may read too much or too little: of "
     "motor_torque_nm, 0.03 where none is stated, of elevation_m, 0.1, of yaw rate and "
     "accelerations, 0.015; of no other (a current's is effects.current_sensor_scale)",

@@ -11,14 +11,13 @@ from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.profiles.forms import DRAG_OVER_TIME, FOLLOWS, carrier_of
 from rcc_sim.diagnose.profiles.gusts import COUNTS, WIND, nats_of_gusts
+from rcc_sim.diagnose.profiles.hidden_hill import HILL
 from rcc_sim.diagnose.profiles.probe import Probe
 from rcc_sim.diagnose.profiles.remainder import Remainder
 from rcc_sim.diagnose.profiles.switched import LOAD
 from rcc_sim.diagnose.profiles.varying import WINDOW_COUNTS, every_count, held
 from rcc_sim.physics.effects import EFFECTS
 from rcc_sim.side_by_side import each
-
-HILL = "road_grade"
 
 
 def beside_a_drag(engine: Engine, fit: Fit, cause: Cause, left: Remainder) -> Cause:
@@ -29,9 +28,9 @@ def beside_a_drag(engine: Engine, fit: Fit, cause: Cause, left: Remainder) -> Ca
     fit leaves a doubt, each is weighed together with the noise that it leaves itself:
     the fit's holds the hill, and with it what an accelerometer felt. Of nine drives
     over hills, two measured ones among them, the hill is 13 nats likelier in the
-    closest.
+    closest. One that was hidden has been weighed so.
     """
-    if cause.effect not in (HILL, WIND):
+    if cause.effect not in (HILL, WIND) or cause.weighed:
         return cause
     drags = [r for r in left.rivals if (r.acts_as, r.follows) == DRAG_OVER_TIME]
     wind = nats_of_gusts(engine, fit) if cause.effect == HILL else 0.0

@@ -53,6 +53,9 @@ DRIFTS = ("effects.auxiliary_load.power_w",)
 ROUNDS = 4
 """Rounds in which a profile and the noise find their shares."""
 
+RIDGE = 1e-6
+"""Share of what a window tells that is added to each, where one tells nothing. [1]"""
+
 
 class Probe:
     """The signal of one figure at a fit, ready to be cut into windows.
@@ -190,28 +193,40 @@ class Probe:
         prior = prior_of(profile.key, profile.along, profile.knots)
         return self._beside_noise(log, windows(x, profile.knots), prior).evidence
 
-    def per_row(self, log: int) -> tuple[Array, Array]:
+    def per_row(self, log: int, *, scaled: bool = False) -> tuple[Array, Array]:
         """Likeliest strength row by row, and how much each tells (inverse variance).
 
-        By a noise that remembers nothing.
+        By a noise that remembers nothing; the same in all rows, or ``scaled`` as it
+        grows, but nowhere less than usual: where a vehicle stands it is still, and what
+        a model errs by as it moves off would count for all.
         """
         told = np.zeros(len(self.engine.problems[log].log["time_s"]))
         asked = np.zeros_like(told)
         tracks = self._tracks_of(log)
         for i, w in zip(tracks, self._forgetful(tracks), strict=True):
-            v, signal = w.valid, self.signal[i] / w.sigma**2
+            v, scale = w.valid, np.ones(len(told))
+            if scaled:
+                scale = np.maximum(w.scale, np.median(w.scale[v]))
+            signal = self.signal[i] / (scale * w.sigma) ** 2
             asked[v] -= (signal * self.fit.residuals[i])[v]
             told[v] += (signal * self.signal[i])[v]
         return asked / np.maximum(told, 1e-300), told
 
-    def beside_noise(self, log: int, H: Windows, shape: Array) -> Weighed:
+    def beside_noise(
+        self, log: int, H: Windows, shape: Array, *, begun: bool = False
+    ) -> Weighed:
         """Strengths in windows H (n, k), by the ``shape`` of their prior.
 
         Weighed against the noise, from one that remembers nothing: what switches, or
         grows without haste, passes for one that does. What noise and knobs gain without
-        them, found anew as well, is no evidence for them.
+        them, found anew as well, is no evidence for them. From those of least squares
+        by that noise, and from what these leave, where it is ``begun`` so.
         """
-        found = self._beside_noise(log, H, Prior(shape), forgetful=True)
+        prior = Prior(shape)
+        if begun:
+            found = self._begun(log, H, prior)
+        else:
+            found = self._beside_noise(log, H, prior, forgetful=True)
         return replace(found, evidence=found.evidence - self.without(log))
 
     def without(self, log: int) -> float:
@@ -234,6 +249,20 @@ class Probe:
         own = [self.fit.noise[i] for i in tracks]
         noise = self._forgetful(tracks) if forgetful else own
         found = self._weighed(tracks, H, noise, self._left(tracks), prior)
+        return self._relearnt(tracks, H, found, prior)
+
+    def _begun(self, log: int, H: Windows, prior: Prior) -> Weighed:
+        """Strengths by the noise that they leave, from those of least squares."""
+        each, told = self.per_row(log, scaled=True)
+        tracks, G = self._tracks_of(log), H.T @ (told[:, None] * H.toarray())
+        ridge = RIDGE * np.trace(G) / len(G) * np.eye(len(G))
+        start = np.linalg.solve(G + ridge, H.T @ (told * each))
+        left = [
+            e + self.signal[i] * (H @ start)
+            for e, i in zip(self._left(tracks), tracks, strict=True)
+        ]
+        noise = self.engine.learn_noise_of(tracks, left)
+        found = self._weighed(tracks, H, noise, left, prior)
         return self._relearnt(tracks, H, found, prior)
 
     def evidence(self, log: int, H: Windows, shape: Array) -> float:

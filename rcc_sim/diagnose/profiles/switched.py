@@ -31,6 +31,9 @@ Array = NDArray[np.float64]
 
 LOAD = "auxiliary_load"
 
+ALONG = dict(PROFILES.values())
+"""Figure that varies -> what it varies along."""
+
 BLOCKS = 1500
 """Blocks of rows at most between which a level may change."""
 
@@ -54,6 +57,10 @@ LOG_2 = 0.693
 NORMAL = 0.455
 """Median of the square of a standard normal variable."""
 
+NOTHING = 1e-9
+"""Share of what a row tells at most below which it tells nothing: a slope, of a vehicle
+that stands. A sum of the others would drown it in its rounding."""
+
 LEAST = 1.0
 """Nats that a load is said to gain at least by a noise that takes it for its own."""
 
@@ -61,8 +68,30 @@ SLOW = (5, 10)
 """Knots of a course that changes slowly."""
 
 
+class Way(NamedTuple):
+    """How levels are sought.
+
+    Attributes
+    ----------
+    shortest : float
+        Time that a level lasts at least. [s]
+    penalties : tuple of float
+        Nats that a change must gain by a noise that remembers nothing.
+    begun : bool
+        Whether they are weighed from what they would be by that noise, and what is left
+        then: rows by which they stand out by far count for nothing else.
+    """
+
+    shortest: float = SHORTEST
+    penalties: tuple[float, ...] = PENALTIES
+    begun: bool = False
+
+
+OF_A_LOAD = Way()
+
+
 class Course(NamedTuple):
-    """How a load may have gone over a log.
+    """How a load, or a hill, may have gone over a log.
 
     Attributes
     ----------
@@ -174,13 +203,14 @@ def course_of(
     which: NDArray[np.intp],
     shape: Array,
     cost: float = 0.0,
+    way: Way = OF_A_LOAD,
 ) -> Course:
     """Return a course over x, of whose strengths each knot has the one in ``which``."""
     H = windows(x, knots, which)
-    found = probe.beside_noise(log, H, shape)
+    found = probe.beside_noise(log, H, shape, begun=way.begun)
     profile = Profile(
         probe.key,
-        "time_s",
+        ALONG[probe.key],
         knots,
         found.value[which],
         found.sd[which],
@@ -192,19 +222,26 @@ def course_of(
 
 
 def stepped(
-    probe: Probe, log: int, x: Array, hidden: bool, tilt: float | None = None
+    probe: Probe,
+    log: int,
+    x: Array,
+    hidden: bool,
+    tilt: float | None = None,
+    how: Way = OF_A_LOAD,
 ) -> list[Callable[[], Course]]:
-    """Return what makes the likeliest levels over x for each of the ``PENALTIES``.
+    """Return what makes the likeliest levels over x for each of the penalties.
 
     Those of a ``hidden`` load also by the noise that a first search leaves. Where a
     level may slope, that costs ``tilt`` of its penalty.
     """
-    each, by_row = probe.per_row(log)
+    each, by_row = probe.per_row(log, scaled=how.begun)
+    time = probe.engine.problems[log].log["time_s"]
     count = min(len(x), BLOCKS)
     block = np.arange(len(x)) * count // len(x)
+    by_row = np.where(by_row > NOTHING * by_row.max(), by_row, 0.0)
     told = np.bincount(block, by_row, count).astype(float)
     value = np.bincount(block, by_row * each, count) / np.maximum(told, 1e-300)
-    least = max(ceil(SHORTEST * count / (x[-1] - x[0])), 2)
+    least = max(ceil(how.shortest * count / (time[-1] - time[0])), 2)
     found: list[Callable[[], Course]] = []
     weights = [told]
     if hidden:
@@ -213,18 +250,24 @@ def stepped(
     for way in dict.fromkeys(
         segments(value, weight, least, nats, tilt and tilt * nats)
         for weight in weights
-        for nats in PENALTIES
+        for nats in how.penalties
     ):
         k = len(way.slope)
         if 2 <= k <= MOST and (tilt is None or any(way.slope)):
             ways = lgamma(count) - lgamma(k) - lgamma(count - k + 1)
             cost = ways if tilt is None else ways + k * LOG_2
-            found.append(partial(levels, probe, log, x, block, way, cost))
+            found.append(partial(levels, probe, log, x, block, way, cost, how))
     return found
 
 
 def levels(
-    probe: Probe, log: int, x: Array, block: NDArray[np.intp], way: Levels, cost: float
+    probe: Probe,
+    log: int,
+    x: Array,
+    block: NDArray[np.intp],
+    way: Levels,
+    cost: float,
+    how: Way,
 ) -> Course:
     """Return a course of levels over the rows of some blocks.
 
@@ -235,7 +278,7 @@ def levels(
     knots = x[np.stack([edges[:-1], edges[1:] - 1], axis=1).ravel()]
     new = np.stack([np.ones(len(way.slope)), way.slope], axis=1).ravel()
     which = np.cumsum(new).astype(np.intp) - 1
-    return course_of(probe, log, x, knots, which, np.eye(which[-1] + 1), cost)
+    return course_of(probe, log, x, knots, which, np.eye(which[-1] + 1), cost, how)
 
 
 def sharpened(value: Array, told: Array, edges: tuple[int, ...]) -> float:

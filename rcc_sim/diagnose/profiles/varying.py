@@ -24,6 +24,7 @@ from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.fitting.knobs import Knob, own_key
 from rcc_sim.diagnose.fitting.pulls import TOO_FAR
 from rcc_sim.diagnose.profiles.gusts import WIND, in_gusts
+from rcc_sim.diagnose.profiles.hidden_hill import HILL, hidden_hill
 from rcc_sim.diagnose.profiles.probe import Probe, probe_size
 from rcc_sim.diagnose.profiles.switched import LOAD, beside_noise
 from rcc_sim.diagnose.residuals.problem import Problem
@@ -52,11 +53,14 @@ def profile_cause(
 
     One that shows by the noise that it leaves alone, if no other does; a load that
     switches or grows, if it is likelier than those, each with the noise that it leaves.
-    No load at all, where a drag that goes the way of the load is likelier.
+    No load at all, where a drag that goes the way of the load is likelier. A hill that
+    does not hang together may be hidden in the noise.
     """
 
     def one(effect: str) -> tuple[Cause | None, Cause | None]:
         found = as_profile(engine, fit, effect)
+        if effect == HILL and found is None:
+            found = hidden_hill(engine, held(fit, PROFILES[HILL][0]))
         if effect != LOAD:
             return found, None
         at_rest = held(fit, PROFILES[LOAD][0])
@@ -77,7 +81,8 @@ def profile_cause(
     found = [c for c in every if c.sharpened == 1] or every
     if not found:
         return None, outdone
-    best = replace(found[0], rival=max((c.gain for c in found[1:]), default=0.0))
+    rival = max([found[0].rival, *(c.gain for c in found[1:])])
+    best = replace(found[0], rival=rival)
     return best, outdone
 
 
@@ -93,6 +98,8 @@ def beyond_drag(course: Cause) -> float:
 
 def with_its_noise(engine: Engine, fit: Fit, cause: Cause) -> float:
     """Nats of a cause's profiles, each together with the noise that it leaves."""
+    if cause.weighed:
+        return cause.sharp
     key, along = PROFILES[cause.effect]
     probe = Probe(engine, held(fit, key), key)
     return sum(

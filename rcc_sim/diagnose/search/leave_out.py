@@ -56,7 +56,7 @@ def without_idle(
         if needs(fit, less) < ENOUGH:
             causes, fit = others, descent.refit(engine, less, less.noise)
             continue
-        hill = next((c for c in others if c.along_way), None)
+        hill = next((c for c in others if c.along_way and not c.weighed), None)
         if hill is None:
             continue
         _, _, most, _ = instead(engine, fit, hill, as_many(hill))
