@@ -150,6 +150,9 @@ SPELT = WRITTEN | {
 }  # fmt: skip
 """How units are written in headers -> how a map names them."""
 
+SPEEDS = ("rpm", "kmh", "kph", "mph")
+"""Units that may stand for the quantity in a name, and before what it is of."""
+
 UNIT = re.compile(r"[\[(]\s*([^\])]+?)\s*[\])]\s*$")
 
 
@@ -292,11 +295,15 @@ def _joined(name: str) -> str:
 def unit_in(name: str) -> str:
     """Return the unit that a name ends in, as a map names it; empty if none is known.
 
-    >>> unit_in("Vehicle Speed (km/h)"), unit_in("Torque [Nm]"), unit_in("Motor RPM")
+    A unit of speed may begin it.
+
+    >>> unit_in("Vehicle Speed (km/h)"), unit_in("Torque [Nm]"), unit_in("rpm_motor")
     ('km/h', 'N m', 'rpm')
     """
-    at = UNIT.search(name)
-    written = at.group(1) if at else re.split(r"[_\s]", name.strip())[-1]
+    at, parts = UNIT.search(name), re.split(r"[_\s]", name.strip())
+    written = at.group(1) if at else parts[-1]
+    if not at and parts[0].lower() in SPEEDS:
+        written = parts[0]
     spelt = SPELT.get(written.lower(), written)
     return spelt if spelt in UNITS else ""
 

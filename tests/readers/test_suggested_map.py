@@ -22,6 +22,7 @@ from tests.program import rccsim
         ("HV Battery Current (A)", "battery_current_a", "A"),
         ("BatteryVoltage [V]", "battery_voltage_v", "V"),
         ("Motor RPM", "motor_speed_radps", "rpm"),
+        ("rpm_motor", "motor_speed_radps", "rpm"),
         ("erpm", "motor_speed_erpm", ""),
         ("t", "time_s", ""),
         ("t [ms]", "time_s", "ms"),
