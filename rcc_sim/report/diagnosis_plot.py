@@ -90,5 +90,8 @@ def _draw(axis: Axes, panel: Panel) -> None:
 def _title(found: Diagnosis) -> str:
     """Return what was found, in a line."""
     of = f"{short(found.gap.log)} against {found.gap.vehicle}"
-    causes = [f"{a.cause.effect} {probable(a.probability)}" for a in found.asserted]
+    causes = [
+        f"{' or '.join((a.cause.effect, *a.cause.tied))} {probable(a.probability)}"
+        for a in found.asserted
+    ]
     return f"{of}: {', '.join(causes) or found.status.replace('_', ' ')}"

@@ -27,13 +27,17 @@ def drawn(monkeypatch):
         simulated=report.before,
     )
     load_and = SimpleNamespace(
-        cause=SimpleNamespace(effect="auxiliary_load"), probability=0.97
+        cause=SimpleNamespace(effect="auxiliary_load", tied=("iron_loss",)),
+        probability=0.97,
     )
     found = SimpleNamespace(gap=gap, asserted=[load_and], status="explained")
     monkeypatch.setattr(diagnosis_plot, "diagnosis_page", lambda _: report)
     monkeypatch.setattr(diagnosis_plot, "mended", lambda _: report.after)
     figure = diagnosis_plot.plot_diagnosis(found)
-    assert figure.get_suptitle() == "drive.csv against rcc: auxiliary_load 97 %"
+    assert (
+        figure.get_suptitle()
+        == "drive.csv against rcc: auxiliary_load or iron_loss 97 %"
+    )
     return {a.get_ylabel(): a for a in figure.axes}, report
 
 
