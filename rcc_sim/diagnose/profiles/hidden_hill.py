@@ -59,8 +59,8 @@ def hidden_hill(engine: Engine, fit: Fit) -> Cause | None:
     more it is together with the noise that it leaves, ``rival`` the nats of a drag of
     the same course, likewise; none of one that would have to push. None where a drag,
     pushing or not, is clearly likelier: something else then comes and goes. Of 44
-    drives of the blind plant without a hill (seeds 810101, 820101, 830101) 21 with
-    nothing wrong gained 22 nats at most; of 23 with something of no library, 13 of
+    drives of the blind plant without a hill (seeds 810101, 820101, 830101) 16 with
+    nothing wrong gained 22 nats at most; of 28 with something of no library, 12 of
     which gained 60 or more, none was left.
     """
     key, _ = PROFILES[HILL]
