@@ -187,7 +187,7 @@ def diagnose(
     inputs = [*logs, *back, *on_stand, *(holdout or []), *(repeats or [])]
     once(inputs)
     if plot is not None:
-        from rcc_sim.report.plots import format_of, save
+        from rcc_sim.report.plots import format_of
 
         format_of(plot)  # before a fit that takes its time
     found = _found(
@@ -195,16 +195,25 @@ def diagnose(
         holdout or [], repeats or [], span_of(span), reader, map_, next_run,
     )  # fmt: skip
     _write(found, write_vehicle, profiles, next_run)
+    if plot is not None or html is not None:
+        _draw(found, [*inputs, vehicle], plot, html)
+    _deliver(found, output, text=text, csv=csv, json=json)
+
+
+def _draw(
+    found: Diagnosis, read: list[str], plot: Path | None, html: Path | None
+) -> None:
+    from rcc_sim.report.diagnosis_page import diagnosis_page
+
+    page = diagnosis_page(found, read)
     if plot is not None:
         from rcc_sim.report.diagnosis_plot import plot_diagnosis
+        from rcc_sim.report.plots import save
 
-        save(plot_diagnosis(found), plot)
+        save(plot_diagnosis(found, page), plot)
         say(f"wrote {plot}")
     if html is not None:
-        from rcc_sim.report.diagnosis_page import diagnosis_page
-
-        write_page(diagnosis_page(found, [*inputs, vehicle]), html)
-    _deliver(found, output, text=text, csv=csv, json=json)
+        write_page(page, html)
 
 
 def _fleet(asked: Asked, options: dict[str, Any]) -> None:

@@ -150,7 +150,7 @@ class Sensor(Table):
     bias_sd: NotNegative | None = None
     scale_sd: NotNegative | None = None
     resolution: NotNegative | None = None
-    latency_s: Annotated[Figure, _within(-2.0, 2.0, zero=True)] | None = None
+    latency_s: Annotated[Figure, _within(-2.0, 2.0)] | None = None
 
 
 ADVICE = {

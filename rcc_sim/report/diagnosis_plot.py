@@ -8,9 +8,10 @@ import numpy as np
 
 from rcc_sim.analyse.gap_energy import logged_power
 from rcc_sim.diagnose.diagnosis import Diagnosis
-from rcc_sim.report.diagnosis_page import diagnosis_page, mended
+from rcc_sim.report.diagnosis_page import mended
+from rcc_sim.report.findings import Report
 from rcc_sim.report.lines import Array, Line, shown
-from rcc_sim.report.panels import EPOCH, Panel, charts_of
+from rcc_sim.report.panels import Panel, charts_of
 from rcc_sim.report.plots import COLOURS, POINTS, _legend_above, _sheet
 from rcc_sim.report.text import probable, short
 from rcc_sim.trace import integral_of
@@ -28,16 +29,17 @@ DRAWN: dict[str, dict[str, Any]] = {
 """Kind of line -> how it is drawn: the measured one wide and pale, under the others."""
 
 
-def plot_diagnosis(found: Diagnosis) -> Figure:
-    """Draw the log that is shown: its energy gap, the channels, what varies.
+def plot_diagnosis(found: Diagnosis, page: Report) -> Figure:
+    """Draw what a page shows over time, below the energy gap as it adds up.
 
     Measured, simulated by the vehicle as it is stated, and once it is mended; of a
     cause that varies its course with a 90 % band. Stretches where most of the gap sits
     are shaded.
     """
-    charts = charts_of(diagnosis_page(found))
+    charts = charts_of(page)
+    since = charts is not None and charts.since_start
     panels = [p for p in charts.panels if p.place == "time"] if charts else []
-    panels = [*_energy_gap(found), *panels]
+    panels = [*_energy_gap(found, since_start=since), *panels]
     figure, axes = _sheet(max(len(panels), 1), height=1.45, sharex=True)
     for axis, panel in zip(axes, panels, strict=False):
         _draw(axis, panel)
@@ -46,13 +48,12 @@ def plot_diagnosis(found: Diagnosis) -> Figure:
     }
     names = [how["label"] for how in DRAWN.values() if how["label"] in told]
     _legend_above(axes[0], [told[name] for name in names], names)
-    since = charts is not None and charts.since_start
     axes[-1].set_xlabel("Time since the log's start [s]" if since else "Time [s]")
     figure.suptitle(_title(found), x=0.02, ha="left")
     return figure
 
 
-def _energy_gap(found: Diagnosis) -> list[Panel]:
+def _energy_gap(found: Diagnosis, *, since_start: bool) -> list[Panel]:
     """Return how far measured energy has run off the simulated one, up to each row."""
     gap = found.gap
     power, time = logged_power(gap.measured), gap.measured["time_s"]
@@ -63,7 +64,7 @@ def _energy_gap(found: Diagnosis) -> list[Panel]:
         missed = np.nan_to_num(power - simulated)
         return integral_of(time, missed) / J_PER_WH
 
-    start = float(time[0]) if abs(float(time[0])) > EPOCH else 0.0
+    start = float(time[0]) if since_start else 0.0
     both = {"b": gap.simulated, "a": mended(found)}
     lines = (
         Line(kind, kind, time - start, off(part["battery_power_w"]))
@@ -78,7 +79,7 @@ def _draw(axis: Axes, panel: Panel) -> None:
         if line.kind in DRAWN:
             x, y = shown(line.x, line.y, POINTS)
             axis.plot(x, y, **DRAWN[line.kind])
-    if len(found) == len(("low", "high")):  # of a profile
+    if found:  # the ends of a profile's band
         low, high = (line.y for line in found)
         colour = DRAWN["a"]["color"]
         axis.fill_between(found[0].x, low, high, color=colour, alpha=0.25, lw=0)

@@ -31,9 +31,8 @@ def drawn(monkeypatch):
         probability=0.97,
     )
     found = SimpleNamespace(gap=gap, asserted=[load_and], status="explained")
-    monkeypatch.setattr(diagnosis_plot, "diagnosis_page", lambda _: report)
     monkeypatch.setattr(diagnosis_plot, "mended", lambda _: report.after)
-    figure = diagnosis_plot.plot_diagnosis(found)
+    figure = diagnosis_plot.plot_diagnosis(found, report)
     assert (
         figure.get_suptitle()
         == "drive.csv against rcc: auxiliary_load or iron_loss 97 %"

@@ -23,13 +23,12 @@ from rcc_sim.diagnose.fitting.knobs import bounds_of
 from rcc_sim.diagnose.profiles.forms import carrier_of
 from rcc_sim.diagnose.profiles.probe import Probe
 from rcc_sim.diagnose.profiles.switched import (
-    LEAST,
     PENALTIES,
     Course,
     Way,
     course_of,
-    flat,
     stepped,
+    weighed,
 )
 from rcc_sim.side_by_side import each
 
@@ -55,16 +54,14 @@ APART = 1e-6
 def hidden_hill(engine: Engine, fit: Fit) -> Cause | None:
     """Return a hill that passes for noise, if what is left of a fit asks for one.
 
-    Its ``gain`` is by the noise of the fit, as any other's; ``sharpened`` is how much
-    more it is together with the noise that it leaves, ``rival`` the nats of a drag of
-    the same course, likewise; none of one that would have to push. None where a drag,
+    Its ``rival`` are the nats of a drag of the same course; none of one that would have
+    to push. None where a drag,
     pushing or not, is clearly likelier: something else then comes and goes. Of 44
     drives of the blind plant without a hill (seeds 810101, 820101, 830101) 16 with
     nothing wrong gained 22 nats at most; of 28 with something of no library, 12 of
     which gained 60 or more, none was left.
     """
-    key, _ = PROFILES[HILL]
-    probe = Probe(engine, fit, key)
+    probe = Probe(engine, fit, PROFILES[HILL][0])
     other = Probe(engine, fit, carrier_of(engine, fit, "drag"))
     courses: dict[int, Course] = {}
     both = drags = rival = 0.0
@@ -81,23 +78,7 @@ def hidden_hill(engine: Engine, fit: Fit) -> Cause | None:
             rival += 0.0 if pushes else nats
     if not courses or drags > both + ENOUGH:
         return None
-    alone = sum(
-        probe.evidence(i, c.windows, c.shape) - c.cost for i, c in courses.items()
-    )
-    gain = max(alone, LEAST)
-    found = {
-        i: courses[i].profile if i in courses else flat(*PROFILES[HILL], problem)
-        for i, problem in enumerate(engine.problems)
-    }
-    return Cause(
-        HILL,
-        (key,),
-        gain,
-        rival=rival,
-        profiles=found,
-        sharpened=both / gain,
-        shares=probe.shares_of(found),
-    )
+    return weighed(probe, HILL, courses, rival)
 
 
 def hides(engine: Engine, fit: Fit, probe: Probe, log: int) -> bool:
@@ -116,7 +97,7 @@ def courses_of(probe: Probe, log: int) -> list[Course]:
     for n in SMOOTH:
         knots = np.linspace(x[0], x[-1], n)
         which, shape = np.arange(n), smooth(n)
-        ways.append(partial(course_of, probe, log, x, knots, which, shape, way=EVEN))
+        ways.append(partial(course_of, probe, log, x, knots, which, shape, how=EVEN))
     return each(lambda way: way(), ways)
 
 
@@ -129,6 +110,5 @@ def as_a_drag(other: Probe, log: int, course: Course) -> tuple[float, bool]:
         return 0.0, False
     found = other.beside_noise(log, course.windows, course.shape, begun=EVEN.begun)
     low, _ = bounds_of(other.engine.problems[log], other.key)
-    base = other.fit.values.get(other.key, other.engine.stated(other.key))
-    pushes = bool((base + found.value + Z_90 * found.sd < low).any())
+    pushes = bool((other.base + found.value + Z_90 * found.sd < low).any())
     return found.evidence - course.cost, pushes

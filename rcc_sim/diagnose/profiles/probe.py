@@ -70,7 +70,7 @@ class Probe:
         self.engine, self.fit, self.key = engine, fit, key
         self._white: dict[int, Array] = {}
         self._without: dict[int, float] = {}
-        base = fit.values.get(key, engine.stated(key))
+        self.base = base = fit.values.get(key, engine.stated(key))
         start = engine.residuals(fit.values, coarse=True)
         knob = Knob(key, base, inf, *bounds_of(engine.problems[0], key), step=size)
         size, moved = engine.aside(fit.values | {key: base}, knob, knob.inward(base))
@@ -248,13 +248,12 @@ class Probe:
         tracks = self._tracks_of(log)
         own = [self.fit.noise[i] for i in tracks]
         noise = self._forgetful(tracks) if forgetful else own
-        found = self._weighed(tracks, H, noise, self._left(tracks), prior)
-        return self._relearnt(tracks, H, found, prior)
+        return self._together(tracks, H, noise, self._left(tracks), prior)
 
     def _begun(self, log: int, H: Windows, prior: Prior) -> Weighed:
         """Strengths by the noise that they leave, from those of least squares."""
         each, told = self.per_row(log, scaled=True)
-        tracks, G = self._tracks_of(log), H.T @ (told[:, None] * H.toarray())
+        tracks, G = self._tracks_of(log), (H.T @ H.multiply(told[:, None])).toarray()
         ridge = RIDGE * np.trace(G) / len(G) * np.eye(len(G))
         start = np.linalg.solve(G + ridge, H.T @ (told * each))
         left = [
@@ -262,6 +261,17 @@ class Probe:
             for e, i in zip(self._left(tracks), tracks, strict=True)
         ]
         noise = self.engine.learn_noise_of(tracks, left)
+        return self._together(tracks, H, noise, left, prior)
+
+    def _together(
+        self,
+        tracks: list[int],
+        H: Windows,
+        noise: list[Whitener],
+        left: list[Array],
+        prior: Prior,
+    ) -> Weighed:
+        """Strengths weighed by a noise, and then against the noise that they leave."""
         found = self._weighed(tracks, H, noise, left, prior)
         return self._relearnt(tracks, H, found, prior)
 

@@ -8,7 +8,8 @@ a few knots, which a log of a minute tells from noise no other way.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import partial
 from math import ceil, lgamma
 from typing import NamedTuple
@@ -144,28 +145,40 @@ def beside_noise(engine: Engine, fit: Fit, *, hidden: bool) -> Cause | None:
     beyond = {i: c.profile.evidence - rivals.get(i, 0.0) for i, c in courses.items()}
     if max(beyond.values()) >= ENOUGH:
         courses = {i: c for i, c in courses.items() if beyond[i] >= ENOUGH}
-    both = sum(c.profile.evidence for c in courses.values())
     rival = sum(rivals.get(i, 0.0) for i in courses)
+    return replace(weighed(probe, LOAD, courses, rival), shares=probe.shares)
+
+
+def weighed(
+    probe: Probe, effect: str, courses: Mapping[int, Course], rival: float
+) -> Cause:
+    """Return a cause that went as these courses, and nowhere in other logs.
+
+    Its ``gain`` is by the noise of the fit, as any other's; ``sharpened`` is how much
+    more it is together with the noise that it leaves, as ``rival`` is.
+    """
     alone = sum(
         probe.evidence(i, c.windows, c.shape) - c.cost for i, c in courses.items()
     )
+    both = sum(c.profile.evidence for c in courses.values())
     gain = max(alone, LEAST)
+    profiles = {
+        i: courses[i].profile if i in courses else flat(*PROFILES[effect], problem)
+        for i, problem in enumerate(probe.engine.problems)
+    }
     return Cause(
-        LOAD,
-        (key,),
+        effect,
+        (probe.key,),
         gain,
         rival=rival,
-        profiles={
-            i: courses[i].profile if i in courses else flat(key, along, problem)
-            for i, problem in enumerate(engine.problems)
-        },
+        profiles=profiles,
         sharpened=both / gain,
-        shares=probe.shares,
+        shares=probe.shares_of(profiles),
     )
 
 
 def flat(key: str, along: str, problem: Problem) -> Profile:
-    """Return the course of a load that a log does not tell."""
+    """Return a course that a log does not tell."""
     ends = problem.coordinate(along)[[0, -1]]
     return Profile(key, along, ends, np.zeros(2), np.zeros(2), 0.0)
 
@@ -203,11 +216,11 @@ def course_of(
     which: NDArray[np.intp],
     shape: Array,
     cost: float = 0.0,
-    way: Way = OF_A_LOAD,
+    how: Way = OF_A_LOAD,
 ) -> Course:
     """Return a course over x, of whose strengths each knot has the one in ``which``."""
     H = windows(x, knots, which)
-    found = probe.beside_noise(log, H, shape, begun=way.begun)
+    found = probe.beside_noise(log, H, shape, begun=how.begun)
     profile = Profile(
         probe.key,
         ALONG[probe.key],

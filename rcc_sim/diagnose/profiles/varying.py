@@ -28,7 +28,6 @@ from rcc_sim.diagnose.profiles.hidden_hill import HILL, hidden_hill
 from rcc_sim.diagnose.profiles.probe import Probe, probe_size
 from rcc_sim.diagnose.profiles.switched import LOAD, beside_noise
 from rcc_sim.diagnose.residuals.problem import Problem
-from rcc_sim.physics.effects import EFFECTS
 from rcc_sim.side_by_side import each
 
 WINDOW_COUNTS = (20, 60)
@@ -290,7 +289,7 @@ def levelled(
     no profile acts.
     """
     level, size = engine.stated(key), probe_size(engine, key)
-    low, high = bounds_of(key)
+    low, high = engine.vehicle.effect_bounds(key)
     means = {
         i: Knob(own_key(i, key), level + p.mean, inf, low, high, size)
         for i, p in profiles.items()
@@ -312,7 +311,7 @@ def evened(engine: Engine, fit: Fit, cause: Cause) -> tuple[Engine, Fit, Cause] 
     """
     key = cause.keys[0]
     level, size = engine.stated(key), probe_size(engine, key)
-    low, high = bounds_of(key)
+    low, high = engine.vehicle.effect_bounds(key)
     means, before = {}, fit.score
     for i, p in cause.profiles.items():
         sd = RELIEF / max(float(p.knots[-1] - p.knots[0]), 1.0)
@@ -350,7 +349,9 @@ def cut(
     is off. ``start`` is the engine on which no profile acts.
     """
     key = cause.keys[0]
-    low, high = (bound - start.stated(key) for bound in bounds_of(key))
+    low, high = (
+        bound - start.stated(key) for bound in start.vehicle.effect_bounds(key)
+    )
     possible, beyond = {}, {}
     for i, profile in cause.profiles.items():
         possible[i], beyond[i] = profile.cut_to(low, high)
@@ -360,12 +361,6 @@ def cut(
     less = descent.refit(engine, fit)
     nats = fit.score - less.score
     return engine, less, replace(cause, profiles=possible, cut=beyond, cut_nats=nats)
-
-
-def bounds_of(key: str) -> tuple[float, float]:
-    """Return the least and the greatest that its effect allows of a figure."""
-    _, effect, name = key.split(".")
-    return EFFECTS[effect].param(name).bounds
 
 
 def more_of(
