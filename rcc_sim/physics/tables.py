@@ -32,7 +32,7 @@ is logged as it is sent; or before a row, as one that is logged while it acts.""
 def command_at(x, xs, ys, at, how, near):
     """Command at x, and the cell of the table that it is read in, sought from `at` on.
 
-    It is the last that came, the next, or in between. One that leaps has come where its
+    It is the last that came, the next, or in between. One that leaps does so where a
     row is less than `near` ahead: their clocks differ in the last digit alone.
     """
     if how == LINE:
@@ -41,7 +41,7 @@ def command_at(x, xs, ys, at, how, near):
     i = seek(x + near, xs, at)
     if x + near >= xs[-1]:
         return ys[-1], i
-    if how == BEFORE and x > xs[i] + near:
+    if how == BEFORE and x + near >= xs[i]:
         return ys[i + 1], i
     return ys[i], i
 

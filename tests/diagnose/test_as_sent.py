@@ -1,5 +1,6 @@
 """Commands that are logged as they are sent, and hold until the next, are no delay."""
 
+from functools import partial
 from math import inf
 
 import numpy as np
@@ -19,7 +20,8 @@ from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.diagnose.search.as_sent import freed, spares
 from rcc_sim.diagnose.search.compete import Explanation, compete
-from rcc_sim.physics.tables import BEFORE, SINCE
+from rcc_sim.diagnose.search.ways import every_way, holds_more, with_drives
+from rcc_sim.physics.tables import BEFORE, LINE, SINCE
 from rcc_sim.similitude.cycles import scale_cycle
 from rcc_sim.simulate.drive import drive_of, holds
 from rcc_sim.simulate.replay import replay
@@ -48,11 +50,13 @@ def asked():
     return {c: run[c] for c in ("time_s", *COMMANDS)}
 
 
-def sent(asked, row, delay=0.0, *, hold=True, lag=0.0, motor=0.0):
+def sent(asked, row, delay=0.0, *, hold=True, means=None, lag=0.0, motor=0.0):
     """A log of commands that were sent at each of its rows, and held; or every tick.
 
-    Its flows are samples if they held, and means since the row before if not.
+    Its flows are samples if they held, and means since the row before if not, unless
+    it is told.
     """
+    means = not hold if means is None else means
     every = round(row / TICK)
     once = every if hold else 1
     held = {c: np.repeat(asked[c][::once], once) for c in COMMANDS}
@@ -68,10 +72,20 @@ def sent(asked, row, delay=0.0, *, hold=True, lag=0.0, motor=0.0):
     columns = {name: x[::every] for name, x in columns.items()}
     for name, sd in NOISE.items():
         mean = uniform_filter1d(seen[name], every, origin=every // 2 - 1)
-        x = (mean if name in FLOWS and not hold else seen[name])[::every]
+        x = (mean if name in FLOWS and means else seen[name])[::every]
         columns[name] = x + rng.normal(0, sd, len(x))
     columns["speed_mps"] = np.abs(columns["speed_mps"])
     return Logged(Trace(columns, name="sent"), (), None)
+
+
+def stepped(asked, row, delay=0.0):
+    """A log of a loop that steps the car, and then writes what it did and what it sees.
+
+    Its commands were in force until their row.
+    """
+    columns = dict(sent(asked, row, delay).log.columns)
+    columns |= {c: np.append(columns[c][0], columns[c][:-1]) for c in COMMANDS}
+    return Logged(Trace(columns, name="stepped"), (), None)
 
 
 def test_of_each_cause_it_is_asked_how_commands_run(asked):
@@ -95,12 +109,8 @@ def test_they_are_no_delay(asked, row):
 
 
 def test_nor_those_in_force_until_their_row_tyres_or_an_inertia(asked):
-    """As of a loop that steps the car, and then writes what it did and what it sees."""
-    columns = dict(sent(asked, 0.02).log.columns)
-    columns |= {c: np.roll(columns[c], 1) for c in COMMANDS}
-    log = Logged(Trace(columns, name="stepped"), (), None)
     rivals = ("yaw_inertia", "rear_cornering_stiffness", "cg_shift", "speed_loop")
-    found = diagnose([log], CAR, candidates=(*STEERING, *rivals))
+    found = diagnose([stepped(asked, 0.02)], CAR, candidates=(*STEERING, *rivals))
     assert found.asserted == ()
     assert found.found.engine.problems[0].drive.held == (BEFORE, BEFORE)
     told = [f.channel for f in found.gap.findings if f.kind == "until"]
@@ -153,6 +163,28 @@ def test_a_delay_beyond_a_row_is_one(asked):
     (one,) = diagnose([log], CAR, candidates=rivals).asserted
     assert one.cause.effect == "steering_delay"
     assert one.figures["delay_s"].value == pytest.approx(0.08, abs=0.004)
+
+
+def test_a_delay_of_commands_in_force_until_their_row_is_one(asked):
+    rivals = ("steering_delay", "steering_lag", "longitudinal_slip", "speed_loop")
+    found = diagnose([stepped(asked, 0.02, 0.06)], CAR, candidates=rivals)
+    (one,) = found.asserted
+    assert one.cause.effect == "steering_delay"
+    assert one.figures["delay_s"].value == pytest.approx(0.06, abs=0.003)
+    assert found.found.engine.problems[0].drive.held == (BEFORE, BEFORE)
+
+
+def test_with_commands_that_hold_it_is_asked_what_is_averaged(asked):
+    """Accelerations that are means come half a row late, as the steering would."""
+    engine = Engine([problem_of(sent(asked, 0.02, means=True).log, CAR)])
+    ways = map(partial(with_drives, engine), every_way(engine.problems))
+    drives = [w.problems[0].drive for w in ways if holds_more(w, engine, {1})]
+    assert {d.held for d in drives} == {(LINE, SINCE)}
+    assert {(d.window, d.felt) for d in drives} == {
+        (0.01, inf),
+        (inf, inf),
+        (inf, 0.01),
+    }
 
 
 def test_a_way_is_explained_anew_where_a_cause_is_idle_there_and_not_for_one_in_need(

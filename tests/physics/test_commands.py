@@ -18,8 +18,11 @@ NEAR = 1e-3
 
 @pytest.mark.parametrize("off", [-1e-15, 0.0, 1e-15])
 @pytest.mark.parametrize("how", [LINE, SINCE, BEFORE])
-def test_at_a_row_it_is_the_rows_own(how, off):
-    for k, y in enumerate(YS):
+def test_at_a_row_it_is_the_rows_own_or_the_next_where_that_acts_until_its_row(
+    how, off
+):
+    due = [*YS[1:], YS[-1]] if how == BEFORE else YS
+    for k, y in enumerate(due):
         value, i = command_at(XS[k] + off, XS, YS, 0, how, NEAR)
         assert value == pytest.approx(y, abs=1e-12)
         assert i <= len(XS) - 2

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from math import inf
 
@@ -73,14 +73,17 @@ def as_sent(
     begun = driven_as(engine, like=found.engine)
     if not found.causes and not liked:
         return begun, found
-    others = [way for way in ways if is_logged_later(way, begun)]
+    late = late_in(c.effect for c in found.causes)
+    others = [
+        w for w in ways if is_logged_later(w, begun) or holds_more(w, begun, late)
+    ]
     others += [w for w in (engine, best) if liked and w not in others]
     others = [way for way in others if not are_driven_as(way, begun)]
     again = asked_again(others, found, fewer=liked)
     if again is None:
         return begun, found
-    late = Likelier((), ways)  # a cause that a command which holds passes for
-    anew = explained(again, null if again is engine else None, late)
+    holds = Likelier((), ways)  # a cause that a command which holds passes for
+    anew = explained(again, null if again is engine else None, holds)
     fewer = len(anew.causes) - len(found.causes)
     if found.fit.score + ENOUGH * fewer <= anew.fit.score:
         return driven_as(engine, like=anew.engine), anew
@@ -139,11 +142,16 @@ class Likelier:
         best = likeliest(self._some, engine, fit, fit.score)
         best = best or likeliest(self._some, engine, before, least)
         self._some = []
-        late = {LATE[effect] for effect in freed(fit) - freed(before) if effect in LATE}
+        late = late_in(freed(fit) - freed(before))
         if best is None and late:
             others = [way for way in self._ways if holds_more(way, engine, late)]
             best = likeliest(others, engine, before, least)
         return None if best is None else partial(driven_as, like=best)
+
+
+def late_in(effects: Iterable[str]) -> set[int]:
+    """Return the commands that, where they hold, pass for one of some effects."""
+    return {LATE[effect] for effect in effects if effect in LATE}
 
 
 def freed(fit: Fit) -> set[str]:

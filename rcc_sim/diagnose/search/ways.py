@@ -142,29 +142,36 @@ def parts_of(best: Engine, engine: Engine, ways: Sequence[Engine]) -> list[Engin
 
 
 def holds_more(way: Engine, begun: Engine, commands: Collection[int]) -> bool:
-    """Tell whether logs are driven as others, but that some commands hold there."""
+    """Tell whether the commands of logs run as in others, but that some hold there.
 
-    def held(drive: Drive) -> Drive:
-        first, second = (
-            SINCE if i in commands else h for i, h in enumerate(drive.held)
-        )
-        return replace(drive, held=(first, second))
-
-    return not are_driven_as(way, begun) and all(
-        way_of(p.drive) == way_of(held(q.drive))
+    What is averaged is free: accelerations that are means come half a row late.
+    """
+    pairs = [
+        (p.drive.held, q.drive.held)
         for p, q in zip(way.problems, begun.problems, strict=True)
+    ]
+    more = [
+        tuple(SINCE if i in commands else h for i, h in enumerate(held))
+        for _, held in pairs
+    ]
+    return any(held != now for held, (_, now) in zip(more, pairs, strict=True)) and all(
+        there == held for held, (there, _) in zip(more, pairs, strict=True)
     )
 
 
 def is_logged_later(engine: Engine, begun: Engine) -> bool:
-    """Tell whether logs are driven as others, but for references that act before."""
+    """Tell whether logs are driven as others, but for commands that act before.
+
+    The reference, or all of them.
+    """
     pairs = [
         (p.drive, q.drive)
         for p, q in zip(engine.problems, begun.problems, strict=True)
         if not p.drive.imposed
     ]
     return bool(pairs) and all(
-        way_of(d) == way_of(replace(other, held=(BEFORE, other.held[1])))
+        averages_of(d) == averages_of(other)
+        and d.held in ((BEFORE, other.held[1]), (BEFORE, BEFORE))
         for d, other in pairs
     )
 
