@@ -17,6 +17,7 @@ from rcc_sim.diagnose.causes.prices import with_profiles
 from rcc_sim.diagnose.deliver import write_mended, write_profiles
 from rcc_sim.diagnose.diagnosis import Diagnosis
 from rcc_sim.diagnose.fitting.knobs import figures_of
+from rcc_sim.diagnose.residuals.posed import by_motion
 from rcc_sim.diagnose.signatures import signatures
 from rcc_sim.report.findings import Report, spans_of
 from rcc_sim.report.provenance import run_record
@@ -60,10 +61,13 @@ def diagnosis_page(found: Diagnosis, inputs: Sequence[str | Path] = ()) -> Repor
 
 
 def mended(found: Diagnosis) -> Columns:
-    """Return a free run of the mended vehicle at the rows of the log shown."""
+    """Return a free run of the mended vehicle at the rows of the log shown.
+
+    By its motion, as the stated one's: not by the torque that was logged.
+    """
     figures = figures_of(found.fit.values, found.shown)
     on = with_profiles(found.plain, [a.cause for a in found.asserted], found.shown)
-    return replace(on, turned=None).driven(figures)
+    return replace(by_motion(on), turned=None).driven(figures)
 
 
 def _diff(found: Diagnosis) -> str:

@@ -6,7 +6,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from rcc_sim.definitions.cycle import parse_cycle
+from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose.causes.prices import prices
+from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.report import diagnosis_plot
+from rcc_sim.report.diagnosis_page import mended
+from rcc_sim.simulate.run import simulate
 from rcc_sim.trace import Trace
 from tests.report.made import diagnosis_report
 
@@ -64,3 +70,21 @@ def test_every_channel_shows_the_three_and_what_varies_its_band(drawn):
     assert (ends.min(), ends.max()) == (1.0, 10.0)
     legend = next(iter(axes.values())).get_legend()
     assert [text.get_text() for text in legend.get_texts()] == names
+
+
+def test_the_mended_vehicle_misses_what_its_prices_leave():
+    """By its motion, whatever the torque that was logged says."""
+    car = load_vehicle("r1t_epa")
+    cycle = parse_cycle("hwfet[0:60]")
+    run = simulate(car, cycle, imposed=True, output_rate=10.0).trace
+    seen = ("time_s", "speed_mps", "battery_power_w")
+    log = {c: run[c] for c in seen} | {"motor_torque_nm": run["motor_torque_nm"] + 30}
+    plain = problem_of(Trace(log, name="log"), car)
+    lighter = {"body.mass_kg": 0.9 * car.figure("body.mass_kg").value}
+    found = SimpleNamespace(
+        plain=plain, fit=SimpleNamespace(values=lighter), asserted=[], shown=0
+    )
+    missed = log["battery_power_w"] - mended(found)["battery_power_w"]
+    left = prices(plain, [], lighter).unexplained_wh
+    assert np.trapezoid(missed, log["time_s"]) / 3600 == pytest.approx(left, rel=1e-3)
+    assert left > 10.0
