@@ -88,6 +88,16 @@ MEANINGS = (
 )
 """The first that fits a name; in a map, the first column that fits a meaning."""
 
+SHORTENED = {
+    "spd": "speed", "trq": "torque", "tq": "torque", "thr": "throttle",
+    "bat": "battery", "batt": "battery", "cur": "current", "curr": "current",
+    "gyr": "gyro", "accelerometer": "accel", "baro": "elevation",
+}  # fmt: skip
+"""Words that loggers shorten -> what they stand for."""
+
+CAPITAL = re.compile(r"(?<=[a-z])(?=[A-Z][a-z]|[XYZ](?![A-Za-z]))")
+"""Where a word, or an axis, begins within a name: "WheelSpd", "GyrZ_dps"."""
+
 COMPOUND = re.compile(
     r"(motor|batterie|akku|lenk|soll|ist|gier|längs|quer|heiz)(?=[a-zäöü]{4})"
 )
@@ -126,6 +136,9 @@ SHORT = {
     for name in names.split()
 }
 """Whole names that loggers abbreviate -> our column."""
+
+LAST = {"gz", "wz", "ax", "ay", "vx"}
+"""Those of them that a name may end in: "imu_ax"."""
 
 IMPLIED = {
     "m/s": "speed", "A": "current", "V": "voltage", "W": "power", "N m": "torque",
@@ -241,6 +254,14 @@ def drafted(source: Source) -> Draft:
         if meaning.unit == "%" or (unit and not written and UNITS[unit][0] == 1.0):
             unit = ""
         found[meaning.column] = Entry(meaning.column, name, unit)
+    if "speed_mps" not in found:
+        wheel = next((name for name in left if is_wheel_speed(name)), "")
+        if wheel:
+            left.remove(wheel)
+            unit = unit_in(wheel)
+            found["speed_mps"] = Entry(
+                "speed_mps", wheel, unit, because="of a wheel: it slips, or locks"
+            )
     return Draft(separator, tuple(found.values()), tuple(left))
 
 
@@ -260,13 +281,15 @@ def meaning_of(name: str) -> Meaning | None:
     path = next((c for end, c in PATHS.items() if parts[-len(end) :] == end), "")
     if path:
         return Meaning(path, unit_of(path), ())
-    whole = re.sub(r"(?<=[a-z])(?=[A-Z][a-z])", " ", UNIT.sub("", name)).lower()
-    whole = COMPOUND.sub(r"\1 ", whole)
-    words = set(re.findall(r"[a-zäöüß0-9]+", whole))
+    whole = COMPOUND.sub(r"\1 ", CAPITAL.sub(" ", UNIT.sub("", name)).lower())
+    words = {SHORTENED.get(w, w) for w in re.findall(r"[a-zäöüß0-9]+", whole)}
     unit = UNITS.get(unit_in(name), (1.0, ""))[1]
     short = SHORT.get(_joined(UNIT.sub("", name)))
     if not short and unit and not UNIT.search(name):  # "Vbat mV", "ay_g"
         short = SHORT.get(_joined(re.sub(r"[_\s][^_\s]+\s*$", "", name)))
+    last = _joined(UNIT.sub("", name)).rpartition("_")[2]
+    if not short and last in LAST:
+        short = SHORT[last]
     if short:
         fits = unit in ("", unit_of(short))
         return Meaning(short, unit_of(short), ()) if fits else None
@@ -274,6 +297,15 @@ def meaning_of(name: str) -> Meaning | None:
     if found is None and unit in IMPLIED and not words & QUANTITIES:
         found = fitting(words | {IMPLIED[unit]}, unit)
     return found
+
+
+def is_wheel_speed(name: str) -> bool:
+    """Tell whether a name is that of a wheel's speed over the ground."""
+    rest = re.sub("wheel", "", name, flags=re.IGNORECASE)
+    if rest == name or UNITS.get(unit_in(name), (1.0, ""))[1] != "m/s":
+        return False
+    meaning = meaning_of(rest.strip(" _"))
+    return meaning is not None and meaning.column == "speed_mps"
 
 
 def fitting(words: set[str], unit: str) -> Meaning | None:
@@ -300,7 +332,10 @@ def unit_in(name: str) -> str:
     >>> unit_in("Vehicle Speed (km/h)"), unit_in("Torque [Nm]"), unit_in("rpm_motor")
     ('km/h', 'N m', 'rpm')
     """
-    at, parts = UNIT.search(name), re.split(r"[_\s]", name.strip())
+    at = UNIT.search(name)
+    if at and at.group(1).startswith(("+", "-")):  # a sign: "Pack A (+chg)"
+        name, at = name[: at.start()], None
+    parts = re.split(r"[_\s]", name.strip())
     written = at.group(1) if at else parts[-1]
     if not at and parts[0].lower() in SPEEDS:
         written = parts[0]

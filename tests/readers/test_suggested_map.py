@@ -24,6 +24,13 @@ from tests.program import rccsim
         ("Motor RPM", "motor_speed_radps", "rpm"),
         ("rpm_motor", "motor_speed_radps", "rpm"),
         ("erpm", "motor_speed_erpm", ""),
+        ("GyrZ_dps", "yaw_rate_radps", "deg/s"),
+        ("AccX_g", "accel_x_mps2", "g"),
+        ("obs_wz", "yaw_rate_radps", ""),
+        ("CH2_thr", "throttle", ""),
+        ("Tq_est", "motor_torque_nm", ""),
+        ("baro_cm", "elevation_m", "cm"),
+        ("Pack A(+chg)", "battery_current_a", "A"),
         ("t", "time_s", ""),
         ("t [ms]", "time_s", "ms"),
         ("v_in", "battery_voltage_v", ""),
@@ -77,6 +84,14 @@ def test_a_name_and_its_unit_are_understood(name, column, unit):
 )  # fmt: skip
 def test_what_only_sounds_alike_is_left_out(name):
     assert meaning_of(name) is None
+
+
+@pytest.mark.parametrize("other", ["Speed [km/h]", "Gear"])
+def test_a_wheels_speed_is_the_cars_where_no_other_is_logged(tmp_path, other):
+    log = tmp_path / "ride.csv"
+    log.write_text(f"t,WheelSpd_kmh,{other}\n0,1,1\n")
+    by = {e.column: e.name for e in drafted(open_source(log)).entries}
+    assert by["speed_mps"] == (other if other.startswith("S") else "WheelSpd_kmh")
 
 
 def test_a_draft_reads_the_log_that_it_was_made_for(tmp_path):
