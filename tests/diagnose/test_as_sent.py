@@ -94,10 +94,14 @@ def test_of_each_cause_it_is_asked_how_commands_run(asked):
     able = candidates_for([problem], ["motor_lag", "steering_delay"])
     seen = []
 
-    def asks(engine, fit, before):
-        seen.append(freed(fit) - freed(before))
+    class Asks:
+        def __call__(self, engine, fit, before):
+            seen.append(freed(fit) - freed(before))
 
-    compete(Engine([problem]), able, asked=asks)
+        def sooner(self, engine, null, most):
+            assert most > 100.0  # of the better of the two
+
+    compete(Engine([problem]), able, asked=Asks())
     assert sorted(seen, key=str) == [{"motor_lag"}, {"steering_delay"}]
 
 

@@ -67,9 +67,10 @@ def as_sent(
         return averaged(engine, null, explained)
     likely = each(likelihood, ways)
     best = ways[int(np.argmax(likely))]
-    liked = max(likely) >= likelihood(engine) + ENOUGH
+    by = max(likely) - likelihood(engine)
+    liked = by >= ENOUGH
     some = parts_of(best, engine, ways) if liked else []
-    found = explained(engine, null, Likelier(some, ways))
+    found = explained(engine, null, Likelier(some, ways, (best, by)))
     begun = driven_as(engine, like=found.engine)
     if not found.causes and not liked:
         return begun, found
@@ -131,10 +132,31 @@ class Likelier:
     where the cause is one that a command which holds passes for, one of all ``ways``
     that differs by that alone, and asks for no such cause: logs are about as likely by
     what was found before. Once they are driven another way, commands can but hold more.
+    ``best`` is that of ``some`` which the vehicle as it is stated likes most, and by
+    how many nats more than the logs as they are.
     """
 
-    def __init__(self, some: Sequence[Engine], ways: Sequence[Engine]) -> None:
-        self._some, self._ways = some, ways
+    def __init__(
+        self,
+        some: Sequence[Engine],
+        ways: Sequence[Engine],
+        best: tuple[Engine, float] | None = None,
+    ) -> None:
+        self._some, self._ways, self._best = some, ways, best
+
+    def sooner(self, engine: Engine, null: Fit, most: float) -> Way | None:
+        """Tell it where tolerances alone do better so than the best cause would here.
+
+        That promises ``most`` nats by the screen, half of what it may gain.
+        """
+        best, by = self._best or (engine, 0.0)
+        self._best = None
+        if by <= 2 * most or not likeliest(
+            [best], engine, null, null.score + 2 * most + ENOUGH
+        ):
+            return None
+        self._some = []
+        return partial(driven_as, like=best)
 
     def __call__(self, engine: Engine, fit: Fit, before: Fit) -> Way | None:
         """Tell it by a fit with one more cause, and the one before."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import Protocol
 
 from rcc_sim.diagnose.causes.candidates import Candidate
 from rcc_sim.diagnose.causes.cause import Cause
@@ -13,18 +14,26 @@ from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.fitting.wake import woken
 from rcc_sim.diagnose.search.give_way import hills_beside_all
 from rcc_sim.diagnose.search.leave_out import one_alone, without_idle, without_outdone
-from rcc_sim.diagnose.search.look import shows, told_from
+from rcc_sim.diagnose.search.look import free_of, shows, told_from
 from rcc_sim.diagnose.search.read_late import read_late
 from rcc_sim.diagnose.search.refine import Refined
+from rcc_sim.diagnose.search.starts import screened
 from rcc_sim.diagnose.search.taken import CONSTANT, KeptOut, Taken
 from rcc_sim.diagnose.search.winner import cause_of
 
 Way = Callable[[Engine], Engine]
 """Logs, driven another way."""
 
-Asked = Callable[[Engine, Fit, Fit], Way | None]
-"""Whether logs are driven another way, once a first cause is fitted: by that fit, and
-that of tolerances alone."""
+
+class Asked(Protocol):
+    """Whether logs are driven another way."""
+
+    def __call__(self, engine: Engine, fit: Fit, before: Fit) -> Way | None:
+        """Tell it once a cause is fitted, by that fit and the one before."""
+
+    def sooner(self, engine: Engine, null: Fit, most: float) -> Way | None:
+        """Tell it by tolerances alone, and the nats that the best cause promises."""
+
 
 TURNS = 6
 """Turns of the competition at most: causes taken in, or profiles refuted."""
@@ -83,7 +92,14 @@ def compete(
     late = read_late(engine, null, candidates)
     if late:
         now.fit, now.causes = late.fit, [cause_of(engine, late, late.fit.noise)]
-    look = now.looked()
+    found = None
+    if asked:
+        told("screening for cause 1")
+        found = screened(engine, now.fit, free_of(candidates, now.causes))
+        most = max((r.gain for r, _ in found), default=0.0)
+        if way := asked.sooner(engine, null, most):
+            return compete(way(base), candidates, told, asked=asked)
+    look = now.looked(found)
     null = null if now.causes else look.fit
     now.ranking |= look.alone
     close: list[Refined] = []

@@ -71,15 +71,18 @@ def looked(
     candidates: Sequence[Candidate],
     causes: Sequence[Cause],
     told: Callable[[str], None],
+    found: list[tuple[Screened, Fit]] | None = None,
     *,
     settled: bool = False,
 ) -> Look:
     """Screen what may be a cause beside some others, and refine what is worth it.
 
     Once more, where what came out best owes it to a fit that had not ``settled``.
+    ``found`` is what the screen told, where that was asked before.
     """
-    told(f"screening for cause {len(causes) + 1}")
-    found = screened(engine, fit, free_of(candidates, causes))
+    if found is None:
+        told(f"screening for cause {len(causes) + 1}")
+        found = screened(engine, fit, free_of(candidates, causes))
     told(f"refining cause {len(causes) + 1}")
     refined = contenders(engine, fit, found, ENOUGH)
     best = next((r for r in refined if r.reaches(ENOUGH)), None)

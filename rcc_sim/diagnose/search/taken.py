@@ -41,6 +41,7 @@ from rcc_sim.diagnose.search.give_way import (
 )
 from rcc_sim.diagnose.search.look import Look, looked
 from rcc_sim.diagnose.search.refine import Refined
+from rcc_sim.diagnose.search.screen import Screened
 from rcc_sim.diagnose.search.winner import cause_of, near_to
 
 Array = NDArray[np.float64]
@@ -121,9 +122,10 @@ class Taken:
         self.displaced: list[Refined] = []
         """Candidates that gained enough before what was taken in last."""
 
-    def looked(self) -> Look:
+    def looked(self, found: list[tuple[Screened, Fit]] | None = None) -> Look:
         """Return what candidates gain, the fit as far down as was seen."""
-        look = looked(self.engine, self.fit, self.candidates, self.causes, self.told)
+        now = self.engine, self.fit, self.candidates, self.causes
+        look = looked(*now, self.told, found)
         self.fit = look.fit
         return look
 
