@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from math import inf
 from typing import Any
@@ -24,7 +24,7 @@ from rcc_sim.diagnose.next_run.experiment import Experiment
 from rcc_sim.diagnose.profiles.remainder import Remainder
 from rcc_sim.diagnose.proof.by_log import LogEnergy
 from rcc_sim.diagnose.proof.hold_out import Proof
-from rcc_sim.diagnose.residuals.posed import problem_of
+from rcc_sim.diagnose.residuals.posed import at_own_rows
 from rcc_sim.diagnose.residuals.problem import Problem
 from rcc_sim.diagnose.search.compete import Explanation
 from rcc_sim.diagnose.search.taken import KeptOut
@@ -246,10 +246,7 @@ class Diagnosis:
     @cached_property
     def plain(self) -> Problem:
         """The same as ``problem``, at the log's own rows."""
-        if self.problem.charge is None:
-            return self.problem
-        plain = problem_of(self.gap.measured, self.vehicle)
-        return replace(plain, drive=replace(plain.drive, window=inf))
+        return at_own_rows(self.problem, self.gap.measured)
 
     @property
     def not_identifiable(self) -> list[str]:

@@ -96,7 +96,7 @@ def diagnose(
     kept = proven(
         engine, found, stands, gaps, fresh, stated, doubtless=is_doubtless(gaps)
     )
-    now = judged(kept, found, gaps, felt.wanders, stated)
+    now = judged(kept, found, gaps, felt.wanders, stated, engine.problems)
     told("which run to drive next")
     runs = next_experiments(
         kept.stands.engine, now.fit, now.asserted, kept.stands.rivals

@@ -221,7 +221,7 @@ def _verdict(found: Diagnosis) -> str:
     if found.status == "no_gap" and False in energies:
         told = told.replace("no gap", "no cause: no gap row by row")
         closed = key and closes(found.proof.before, found.proof.after)
-        told += f"; {takes_it_up(key) if closed else RARE}"
+        told += f"; {takes_it_up(key, sds) if closed else RARE}"
     elif found.status != "no_gap" and all(energies):
         told += "; the course of the signals shows it, their energy alone would not"
     least = min((a.probability for a in found.asserted), default=1.0)

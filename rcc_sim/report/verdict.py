@@ -54,12 +54,12 @@ def verdict_of(diagnosis: Mapping[str, Any]) -> str:
         place = judged(names, energy.get("measured_wh"))
         both = "the noise and the vehicle file's stated doubt"
         if energy.get("within") is False:
-            key = next(iter(diagnosis.get("moved") or {}), "")
+            key, sds = next(iter((diagnosis.get("moved") or {}).items()), ("", 0.0))
             taken = "nothing that was asked takes it up; one more drive tells"
             there = diagnosis.get("shrink") or {}
             before = there.get("energy_gap_percent_before")
             if closes(before, there.get("energy_gap_percent_after")):
-                taken = takes_it_up(key)
+                taken = takes_it_up(key, sds)
             parts = [f"no gap{place} beyond {both}, row by row", told, taken]
         else:
             doubt = "doubt" if told else both
@@ -94,14 +94,16 @@ def verdict_of(diagnosis: Mapping[str, Any]) -> str:
     return sentence[:1].upper() + sentence[1:] + end if sentence else ""
 
 
-def takes_it_up(key: str) -> str:
+def takes_it_up(key: str, sds: float) -> str:
     """Return what is said of an energy gap that stated figures close, one the most.
 
     They do so within what is stated of them all: a second drive says the same, and what
-    their sds allow is no cause.
+    their sds allow is no cause. Of one that is too many ``sds`` off a smaller one would
+    make it so; that it may be too small is said beside it.
     """
     which = f"as moved, {key} the most: measure it" if key else "together: measure them"
-    return f"stated figures take the energy up {which}, or state a smaller sd"
+    smaller = ", or state a smaller sd" * (abs(sds) < DOUBTFUL)
+    return f"stated figures take the energy up {which}{smaller}"
 
 
 def closes(before: float | None, after: float | None) -> bool:

@@ -1,5 +1,8 @@
 """What a cause costs: prices and what is left sum to the gap."""
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -10,6 +13,7 @@ from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.causes.cause import Cause
 from rcc_sim.diagnose.causes.prices import prices, with_profiles
 from rcc_sim.diagnose.causes.profile import Profile
+from rcc_sim.diagnose.judged import leaves_a_gap
 from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.simulate.run import simulate
 from rcc_sim.trace import write_trace
@@ -113,3 +117,21 @@ def test_a_log_without_energy_has_no_prices(plain):
 
     kept = {c: plain.log[c] for c in ("time_s", "speed_ref_mps", "speed_mps")}
     assert prices(replace(plain, log=Trace(kept)), [], {}) is None
+
+
+def with_doubt(found, share):
+    """A gap whose uncertainty is a share of it."""
+    doubt = share * abs(found.energy.gap_wh)
+    return replace(found, energy=replace(found.energy, tolerance_wh=doubt))
+
+
+def test_a_gap_that_causes_leave_to_stated_figures_is_told(log, plain):
+    """All of it is the causes', or one that costs nothing leaves it to the figures."""
+    found, fit = gap(log, load_vehicle("rcc")), SimpleNamespace(values=VALUES)
+    idle = Cause("yaw_rate_bias", ("effects.yaw_rate_bias.bias_radps",), 50, 0)
+    turns = SimpleNamespace(values=VALUES | {idle.keys[0]: 0.01})
+    sure, doubted = with_doubt(found, 0.05), with_doubt(found, 0.5)
+    assert leaves_a_gap(plain, sure, [idle], turns, 0)
+    assert not leaves_a_gap(plain, sure, [ROLLS, DRAWS], fit, 0)
+    assert not leaves_a_gap(plain, doubted, [idle], turns, 0)
+    assert not leaves_a_gap(plain, sure, [], fit, 0)  # what is found is no cause

@@ -68,6 +68,11 @@ def test_an_energy_gap_that_grew_is_called_so(before, after, larger):
         assert comes_to([CAUSE], NOTHING, before, after) == "partly_explained"
 
 
+def test_a_gap_that_stated_figures_take_up_is_explained_in_part():
+    assert comes_to([CAUSE], NOTHING) == "explained"
+    assert comes_to([CAUSE], NOTHING, taken_up=True) == "partly_explained"
+
+
 def test_the_ranking_says_what_the_status_says():
     gains = {f"effect {i}": 0.3 * i for i in range(40)}
 

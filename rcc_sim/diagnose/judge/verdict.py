@@ -66,6 +66,9 @@ class Signs:
         The chances of a cause are even.
     wanders : bool
         What is left wanders where the model has all commands.
+    taken_up : bool
+        Of an energy gap that is one whatever the rows say, causes leave as much: stated
+        figures, or nothing, take it up.
     """
 
     before: float | None = None
@@ -79,6 +82,7 @@ class Signs:
     disagree: bool = False
     even: bool = False
     wanders: bool = False
+    taken_up: bool = False
 
 
 def verdict(causes: Sequence[Cause], left: Remainder, signs: Signs) -> Verdict:
@@ -103,6 +107,8 @@ def verdict(causes: Sequence[Cause], left: Remainder, signs: Signs) -> Verdict:
         "a figure ends where its search does": signs.ends,
         UNSURE: signs.even,
         "stated figures are too far off": far,
+        "stated figures, not what was found, take up an energy gap beyond doubt":
+            signs.taken_up,
         "logs, or channels, contradict what was found": signs.disagree,
     }  # fmt: skip
     told = tuple(reason for reason, holds in short.items() if holds)

@@ -173,6 +173,17 @@ def by_motion(problem: Problem) -> Problem:
     return replace(problem, drive=untorqued(problem.drive))
 
 
+def at_own_rows(problem: Problem, log: Trace) -> Problem:
+    """Return the problem of a log at its own rows, its flows means, not by its charge.
+
+    ``log`` is what was logged.
+    """
+    if problem.charge is None:
+        return problem
+    plain = problem_of(log, problem.vehicle)
+    return replace(plain, drive=replace(plain.drive, window=inf))
+
+
 def by_charge(log: Trace, vehicle: Vehicle, drive: Drive) -> Problem | None:
     """Return a log as one row a stretch between two states of charge, if it is one.
 
