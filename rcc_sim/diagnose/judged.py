@@ -94,7 +94,8 @@ def judged(
         left = replace(left, opens_gap=True)
     wanders = {r.log: r.heights for r in left.rivals if r.heights} | dict(wanders)
     loose = restless(engine, kept.stands.fit, found.null)
-    said = partial(findings_of, engine, kept.stands.fit, wanders, causes, loose)
+    fit = kept.stands.fit
+    said = partial(findings_of, engine, fit, wanders, causes, left, loose)
     gaps = tuple(replace(g, findings=g.findings + said(i)) for i, g in enumerate(gaps))
     findings = [f for g in gaps for f in g.findings]
     kinds = {f.kind for f in findings}

@@ -15,6 +15,8 @@ from rcc_sim.diagnose.judge.direct import FELT, disagreeing
 from rcc_sim.diagnose.judge.restless import Mask
 from rcc_sim.diagnose.judge.verdict import TOLERATED
 from rcc_sim.diagnose.profiles.altimeter import Wander
+from rcc_sim.diagnose.profiles.forms import CORNERING
+from rcc_sim.diagnose.profiles.remainder import Remainder
 from rcc_sim.diagnose.residuals.lateness import battery_channel
 from rcc_sim.diagnose.residuals.problem import Problem
 from rcc_sim.diagnose.residuals.shapes import ALTIMETER, SCALE
@@ -71,6 +73,7 @@ def findings_of(
     fit: Fit,
     wanders: Mapping[int, Wander],
     causes: Sequence[Cause],
+    left: Remainder,
     loose: Mask,
     log: int,
 ) -> tuple[Finding, ...]:
@@ -84,6 +87,8 @@ def findings_of(
         Log -> by how much its heights were off, where they were or may be.
     causes : sequence of Cause
         What stands.
+    left : Remainder
+        What they leave.
     loose : ndarray of bool
         Tracks of which what is left wanders.
     log : int
@@ -97,6 +102,7 @@ def findings_of(
         *of_heights(wanders, log, accelerometer=FELT in problem.channels),
         *disagreeing(engine, fit, log),
         *restless.coming_and_going(engine, causes, loose, log),
+        *pushed_along(problem, left if left.log == log else None),
         *without_bends(problem, causes),
         *unjudged(problem, causes),
     )
@@ -164,6 +170,29 @@ def until_their_rows(problem: Problem) -> tuple[Finding, ...]:
     )
 
 
+def pushed_along(problem: Problem, left: Remainder | None) -> tuple[Finding, ...]:
+    """Return what to say of cornering that nothing explains, of a driven front axle.
+
+    The model pushes along the body: what such an axle does to the turning under power
+    is missing, and cornering figures may stand in for it.
+    """
+    if left is None or not left.is_real or left.acts_as not in CORNERING:
+        return ()
+    axle = problem.vehicle.drivetrain.driven_axle
+    if axle == "rear" or problem.drive.imposed or not problem.drive.steered:
+        return ()
+    return (
+        Finding(
+            "front_push",
+            "steer_cmd_rad",
+            "turns an axle that is driven: the model pushes along the body, not along "
+            "its wheels, and what that does to cornering under power stays",
+            action='driven_axle = "rear" where that axle alone is driven; else drive '
+            "gentler bends",
+        ),
+    )
+
+
 def without_bends(problem: Problem, causes: Sequence[Cause]) -> tuple[Finding, ...]:
     """Return what to say of a log that does not tell where the vehicle turned.
 
@@ -197,9 +226,9 @@ def unjudged(problem: Problem, causes: Sequence[Cause]) -> tuple[Finding, ...]:
         Finding(
             "not_judged",
             VOLTAGE,
-            "is not judged beside a resistance that the file states: "
-            "open_circuit_voltage_v has an sd or a range, or is not stated",
-            action="a resistance that has grown shows where it is stated without one",
+            "tells nothing of the battery's resistance, for open_circuit_voltage_v "
+            "has an sd or a range, or is not stated",
+            action="state it without one, where it is known",
         ),
     )
 
