@@ -296,7 +296,8 @@ def table(
         lines.append(("consumption against the first", "%", against))
     if capacity_wh is not None:
         lines.append(("range", "km", [r.range_km(capacity_wh) for r in reports]))
-    lines.append(("ledger left open", "1", [r.residual for r in reports]))
+    if sinks:  # what was measured has none
+        lines.append(("ledger left open", "1", [r.residual for r in reports]))
     if len(reports) == 1:
         total = reports[0].energy_wh or 1.0
         return [

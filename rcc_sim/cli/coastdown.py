@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rcc_sim.cli.complete import vehicle_names
+from rcc_sim.cli.logs import Map, trace_of
 from rcc_sim.cli.output import Csv, Json, Output, emit, say, warn
 
 if TYPE_CHECKING:
@@ -15,7 +16,6 @@ if TYPE_CHECKING:
     from rcc_sim.identify.coastdown import RoadLoad
     from rcc_sim.identify.pooled import Pooled
     from rcc_sim.identify.slowing import Slowing
-    from rcc_sim.trace import Trace
 
 UNITS = {"A": "n", "B": "n_s_per_m", "C": "n_s2_per_m2"}
 DRIVES = ("motor_torque_nm", "motor_current_a", "throttle")
@@ -55,6 +55,7 @@ def coastdown(
         list[int] | None,
         typer.Option(help="1 or -1 for each coast: both ways tell grade apart."),
     ] = None,
+    map_: Map = None,
     json: Json = False,
     csv: Csv = False,
     output: Output = None,
@@ -72,7 +73,7 @@ def coastdown(
 
     car = load_vehicle(vehicle) if vehicle else None
     weight, turning = _mass(mass, car), _equivalent(equivalent_inertia, car)
-    pool = pooled([_read(log, car) for log in logs], COLUMNS)
+    pool = pooled([trace_of(log, map_, car) for log in logs], COLUMNS)
     seen = pool.columns
     result = fit_coastdown(
         seen["time_s"],
@@ -97,15 +98,6 @@ def coastdown(
         f"{result.speed_high:.3g} m/s")  # fmt: skip
     told = ", ".join(f"{s.deceleration_mps2:.3g} at {s.speed_mps:.2g}" for s in slows)
     say(f"slows by m/s² at m/s: {told}")
-
-
-def _read(log: str, car: Vehicle | None) -> Trace:
-    """Return a log's trace at the rows of its speed."""
-    from rcc_sim.readers import on_one_clock, read_log, with_vehicle
-
-    reading = read_log(log)
-    trace = (reading if car is None else with_vehicle(reading, car)).trace
-    return on_one_clock(trace) if "speed_mps" in trace else trace
 
 
 def _mass(mass: float | None, car: Vehicle | None) -> float:

@@ -9,7 +9,7 @@ import typer
 
 from rcc_sim.cli.batches import Draws, Seed
 from rcc_sim.cli.complete import vehicle_names
-from rcc_sim.cli.logs import Html, Plot, write_page
+from rcc_sim.cli.logs import Html, Map, Plot, trace_of, write_page
 from rcc_sim.cli.output import Csv, Json, Output, emit, say, sketch, warn
 
 if TYPE_CHECKING:
@@ -31,7 +31,10 @@ EXAMPLE = (
 
 def energy(
     traces: Annotated[
-        list[str], typer.Argument(help="Traces: CSV, Parquet, or - for stdin.")
+        list[str],
+        typer.Argument(
+            help="Traces: CSV, Parquet, or - for stdin; with --map logs of any format."
+        ),
     ],
     vehicle: Annotated[
         str | None,
@@ -57,6 +60,7 @@ def energy(
     regimes: Annotated[
         bool, typer.Option("--regimes", help="By kind of driving, not by sink.")
     ] = False,
+    map_: Map = None,
     draws: Draws = None,
     seed: Seed = 0,
     plot: Plot = None,
@@ -78,7 +82,7 @@ def energy(
     from rcc_sim.errors import InputError
     from rcc_sim.trace import read_trace
 
-    drives = [read_trace(name) for name in traces]
+    drives = [trace_of(t, map_) if map_ else read_trace(t) for t in traces]
     if draws is not None and (from_ or to):
         raise InputError("--from and --to: do not go with --draws")
     if from_ or to:

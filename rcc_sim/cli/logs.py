@@ -16,7 +16,9 @@ from rcc_sim.files import atomic
 
 if TYPE_CHECKING:
     from rcc_sim.analyse.logcheck.finding import Finding
+    from rcc_sim.definitions.vehicle import Vehicle
     from rcc_sim.report.findings import Report
+    from rcc_sim.trace import Trace
 
 Model = Annotated[
     str,
@@ -65,6 +67,20 @@ Plot = Annotated[
 Html = Annotated[
     Path | None, typer.Option(help="Write it as one HTML page.", metavar="F")
 ]
+
+
+def trace_of(log: str, columns: str | None, vehicle: Vehicle | None = None) -> Trace:
+    """Return the trace of a log of any format, at the rows of its speed.
+
+    ``columns`` is its map; a vehicle's wheels may tell its speed.
+    """
+    from rcc_sim.readers import on_one_clock, read_log, with_vehicle
+
+    reading = read_log(log, columns=columns)
+    if vehicle is not None:
+        reading = with_vehicle(reading, vehicle)
+    trace = reading.trace
+    return on_one_clock(trace) if "speed_mps" in trace else trace
 
 
 def span_of(text: str | None) -> tuple[float, float]:

@@ -262,6 +262,23 @@ def test_a_measured_trace_without_a_ledger_is_integrated():
     assert report["energy_wh"] == pytest.approx(10.0)
     assert report["wh_per_km"] == pytest.approx(10 / 7.2)
     assert report["ledger"] == {} and report["residual"] is None
+    assert "ledger" not in rccsim("energy", "-", stdin=text).stdout
+
+
+def test_a_log_by_other_names_is_read_by_its_map(tmp_path):
+    log, by = tmp_path / "log.csv", tmp_path / "map.toml"
+    log.write_text("t;v [km/h];U;I\n0;7.2;10;-1\n3600;7.2;10;-1\n")
+    lines = {
+        "time_s": '"t"',
+        "speed_mps": '"v [km/h]", unit = "km/h"',
+        "battery_voltage_v": '"U"',
+        "battery_current_a": '"I", sign = -1',
+    }
+    columns = "\n".join(f"{c} = {{ from = {x} }}" for c, x in lines.items())
+    by.write_text(f'[map]\nseparator = ";"\n[columns]\n{columns}\n')
+    report = json.loads(rccsim("energy", str(log), "--map", str(by), "--json").stdout)
+    assert report["energy_wh"] == pytest.approx(10.0)
+    assert report["wh_per_km"] == pytest.approx(10 / 7.2)
 
 
 def test_a_log_of_another_make_is_told_how_to_be_read(tmp_path):
