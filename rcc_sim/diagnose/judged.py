@@ -20,7 +20,7 @@ from rcc_sim.diagnose.judge.apart_from_nil import apart_from_nil
 from rcc_sim.diagnose.judge.asserted import Asserted, asserted_of
 from rcc_sim.diagnose.judge.chances import EVEN, chances_of, ends_early
 from rcc_sim.diagnose.judge.direct import felt_otherwise
-from rcc_sim.diagnose.judge.misread import findings_of
+from rcc_sim.diagnose.judge.misread import findings_of, mean_slopes
 from rcc_sim.diagnose.judge.restless import is_doubtful, restless
 from rcc_sim.diagnose.judge.verdict import (
     DOUBTLESS,
@@ -99,7 +99,7 @@ def judged(
     gaps = tuple(replace(g, findings=g.findings + said(i)) for i, g in enumerate(gaps))
     findings = [f for g in gaps for f in g.findings]
     kinds = {f.kind for f in findings}
-    fit = no_surer(engine, kept.stands.fit, {k for c in causes for k in c.keys})
+    fit = no_surer(engine, fit, {k for c in causes for k in c.keys})
     farthest = farthest_moved(fit, stated, gaps)
     # what was found beside a stronger cause that ends is no surer than that
     early = [*accumulate((ends_early(c, fit, known) for c in causes), or_)]
@@ -111,6 +111,10 @@ def judged(
     row = size_of(engine.problems[0], "row")
     asserted = asserted_of(fit, causes, kept.stands.rivals, stated, row, chances)
     asserted = apart_from_nil(engine, fit, asserted)
+    gaps = tuple(
+        replace(g, findings=g.findings + mean_slopes(p, asserted, i))
+        for i, (p, g) in enumerate(zip(plain, gaps, strict=True))
+    )
     # by a logged speed a prediction has that speed's noise, beyond its own sensor's
     commanded = not all(p.drive.imposed for p in engine.problems)
     large = any(g.energy.beyond(DOUBTLESS) for g in gaps)

@@ -13,7 +13,7 @@ from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.knobs import nuisance_knobs
-from rcc_sim.diagnose.judge.misread import without_bends
+from rcc_sim.diagnose.judge.misread import mean_slopes, without_bends
 from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.residuals.shapes import bends_of
 from rcc_sim.simulate.run import simulate
@@ -87,3 +87,24 @@ def test_a_log_that_does_not_tell_where_it_turned_says_so_of_drags_alone():
     assert not said(turns, drag)
     seen = Trace({**straight.columns, "yaw_rad": run["yaw_rad"]}, name="seen")
     assert said(seen, drag) == ["no_bends"]  # the model drives straight on all the same
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "told"), [(0.001, 0.004, True), (-0.001, 0.004, False)]
+)
+def test_hills_that_climb_on_the_mean_rest_on_the_rolling_resistance(low, high, told):
+    car = load_vehicle("r1t")
+    run = simulate(car, parse_cycle("udds[20:100]"), imposed=True, output_rate=5).trace
+    kept = ("time_s", "speed_mps", "battery_power_w")
+    log = Trace({c: run[c] for c in kept}, name="log")
+    heights = Trace({**log.columns, "elevation_m": 0.0 * run["time_s"]}, name="heights")
+    slope = SimpleNamespace(value=0.002, low=low, high=high)
+    hill = SimpleNamespace(along_way=True, profiles={0: None})
+    hills = [SimpleNamespace(cause=hill, figures={"slope": slope})]
+
+    def said(log, place=0):
+        return [f.kind for f in mean_slopes(problem_of(log, car), hills, place)]
+
+    assert said(log) == ["mean_slope"] * told
+    assert not said(heights)  # how high it climbs is known
+    assert not said(log, place=1)  # of that log no hills were found

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from math import inf
+from typing import TYPE_CHECKING
 
 from rcc_sim.analyse.logcheck.finding import Finding
 from rcc_sim.diagnose.causes.cause import Cause
@@ -22,11 +23,13 @@ from rcc_sim.diagnose.residuals.problem import Problem
 from rcc_sim.diagnose.residuals.shapes import ALTIMETER, SCALE
 from rcc_sim.diagnose.residuals.terminals import RESISTANCE, VOLTAGE
 from rcc_sim.physics.tables import BEFORE
-from rcc_sim.simulate.drive import COMMANDS, is_on_stand
+from rcc_sim.simulate.drive import COMMANDS, is_on_stand, is_surveyed
+
+if TYPE_CHECKING:
+    from rcc_sim.diagnose.judge.asserted import Asserted
 
 NOTHING = 0.25
 """Share of what an altimeter shows below which next to nothing was felt of it."""
-
 
 GAINED = 3.0
 """Standard deviations of a sensor's gain from which on it is told."""
@@ -213,6 +216,31 @@ def without_bends(problem: Problem, causes: Sequence[Cause]) -> tuple[Finding, .
             "take passes for a drag",
             action="log either, where the drive has bends",
         ),
+    )
+
+
+def mean_slopes(
+    problem: Problem, asserted: Sequence[Asserted], log: int = 0
+) -> tuple[Finding, ...]:
+    """Return what to say of hills that no column tells, and that climb on the whole.
+
+    Their mean acts as a rolling resistance that is larger by as much, and is known by
+    what the file states of that alone.
+    """
+    if is_surveyed(problem.log):
+        return ()
+    return tuple(
+        Finding(
+            "mean_slope",
+            "elevation_m",
+            f"is not logged: a mean slope of {slope.value:.2g} rests on the rolling "
+            "resistance that the file states; another of that does as well",
+            action="heights of start and end tell, or the way back",
+        )
+        for a in asserted
+        if a.cause.along_way and log in a.cause.profiles
+        for slope in a.figures.values()
+        if slope.low * slope.high > 0.0
     )
 
 
