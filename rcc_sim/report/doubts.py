@@ -19,7 +19,9 @@ SHOWN = 4
 SURE = 0.9
 """Probability of a cause below which the verdict says that it is not for sure."""
 
-OTHERWISE = "another car, load or road, or the way back (--back)? Diagnose it alone"
+OTHERWISE = (
+    "another car, load, wind or road, or the way back (--back)? Diagnose it alone"
+)
 """What may be with a log whose gap grows by what mends the others."""
 
 OF_ITS_OWN = (
