@@ -1,5 +1,6 @@
 """Commands that are logged as they are sent, and hold until the next, are no delay."""
 
+from dataclasses import replace
 from functools import partial
 from math import inf
 
@@ -18,7 +19,7 @@ from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.knobs import Knob
 from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.run import diagnose
-from rcc_sim.diagnose.search.as_sent import freed, spares
+from rcc_sim.diagnose.search.as_sent import Likelier, freed, spares
 from rcc_sim.diagnose.search.compete import Explanation, compete
 from rcc_sim.diagnose.search.ways import every_way, holds_more, with_drives
 from rcc_sim.physics.tables import BEFORE, LINE, SINCE
@@ -176,6 +177,19 @@ def test_a_delay_of_commands_in_force_until_their_row_is_one(asked):
     assert one.cause.effect == "steering_delay"
     assert one.figures["delay_s"].value == pytest.approx(0.06, abs=0.003)
     assert found.found.engine.problems[0].drive.held == (BEFORE, BEFORE)
+
+
+def test_logs_that_tolerances_alone_make_likelier_so_are_searched_so_at_once(asked):
+    engine = Engine([problem_of(sent(asked, 0.02).log, CAR)])
+    drive = replace(engine.problems[0].drive, held=(SINCE, SINCE))
+    held, null = with_drives(engine, [drive]), descent.of_tolerances(engine)
+
+    def sooner(most, by):
+        return Likelier([held], [held], (held, by)).sooner(engine, null, most)
+
+    assert sooner(0.0, 1e4)(engine).problems[0].drive.held == (SINCE, SINCE)
+    assert sooner(4e3, 1e4) is None  # the best of causes does more here
+    assert sooner(0.0, 0.0) is None  # nor does the vehicle as stated like it
 
 
 def test_with_commands_that_hold_it_is_asked_what_is_averaged(asked):

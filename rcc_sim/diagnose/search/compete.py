@@ -94,7 +94,7 @@ def compete(
         now.fit, now.causes = late.fit, [cause_of(engine, late, late.fit.noise)]
     found = None
     if asked:
-        told("screening for cause 1")
+        told(f"screening for cause {len(now.causes) + 1}")
         found = screened(engine, now.fit, free_of(candidates, now.causes))
         most = max((r.gain for r, _ in found), default=0.0)
         if way := asked.sooner(engine, null, most):
