@@ -17,6 +17,7 @@ from rcc_sim.diagnose.noise.whitener import log_likelihood
 from rcc_sim.diagnose.residuals.shapes import LATERAL
 from rcc_sim.diagnose.search.compete import Asked, Explanation, Way
 from rcc_sim.diagnose.search.ways import (
+    are_clocked,
     are_driven_as,
     driven_as,
     every_way,
@@ -75,12 +76,19 @@ def as_sent(
     if not found.causes and not liked:
         return begun, found
     late = late_in(c.effect for c in found.causes)
-    others = [
-        w for w in ways if is_logged_later(w, begun) or holds_more(w, begun, late)
-    ]
+    later = [way for way in ways if is_logged_later(way, begun)]
+    others = [way for way in ways if holds_more(way, begun, late)]
     others += [w for w in (engine, best) if liked and w not in others]
-    others = [way for way in others if not are_driven_as(way, begun)]
+    if are_clocked(engine.problems):
+        others, later = others + later, []
+    others, later = (
+        [way for way in some if not are_driven_as(way, begun)]
+        for some in (others, later)
+    )
     again = asked_again(others, found, fewer=liked)
+    if again is None:  # few loggers write what acts until a row: clearly, or not
+        clearly = found.fit.score + ENOUGH
+        again = likeliest(later, found.engine, found.fit, clearly)
     if again is None:
         return begun, found
     holds = Likelier((), ways)  # a cause that a command which holds passes for

@@ -30,8 +30,8 @@ def every_way(problems: Sequence[Problem]) -> list[list[Drive]]:
     commanded = any(not p.drive.imposed for p in problems)
     if not commanded and not any(map(is_steered_by_commands, problems)):
         return []
-    clocked = any("reference_sampling" in p.vehicle.effects for p in problems)
-    references = (LINE, SINCE, BEFORE)[: 2 + clocked] if commanded else (LINE,)
+    references = (LINE, SINCE, BEFORE)[: 2 + are_clocked(problems)]
+    references = references if commanded else (LINE,)
     ways = [(r, s) for r in references for s in (LINE, SINCE)]
     ways += [(BEFORE if commanded else LINE, BEFORE)]
     every = dict.fromkeys(zip(*map(averages_in_turn, problems), strict=True))
@@ -48,6 +48,11 @@ def every_way(problems: Sequence[Problem]) -> list[list[Drive]]:
         for way in ways
         for averages in every
     ]
+
+
+def are_clocked(problems: Sequence[Problem]) -> bool:
+    """Tell whether a car takes its reference by a clock of its own."""
+    return any("reference_sampling" in p.vehicle.effects for p in problems)
 
 
 def averages_in_turn(problem: Problem) -> list[tuple[float, float]]:
