@@ -78,9 +78,9 @@ def as_sent(
     late = late_in(c.effect for c in found.causes)
     later = [way for way in ways if is_logged_later(way, begun)]
     others = [way for way in ways if holds_more(way, begun, late)]
-    others += [w for w in (engine, best) if liked and w not in others]
     if are_clocked(engine.problems):
         others, later = others + later, []
+    others += [w for w in (engine, best) if liked and w not in others]
     others, later = (
         [way for way in some if not are_driven_as(way, begun)]
         for some in (others, later)
