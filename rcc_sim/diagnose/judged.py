@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import accumulate
@@ -11,6 +11,7 @@ from operator import or_
 from typing import NamedTuple
 
 from rcc_sim.analyse.gap import Gap
+from rcc_sim.analyse.logcheck.finding import Finding
 from rcc_sim.diagnose.causes.cause import Cause
 from rcc_sim.diagnose.causes.prices import prices
 from rcc_sim.diagnose.fitting.fit import Fit
@@ -96,7 +97,7 @@ def judged(
     loose = restless(engine, kept.stands.fit, found.null)
     fit = kept.stands.fit
     said = partial(findings_of, engine, fit, wanders, causes, left, loose)
-    gaps = tuple(replace(g, findings=g.findings + said(i)) for i, g in enumerate(gaps))
+    gaps = with_findings(gaps, said)
     findings = [f for g in gaps for f in g.findings]
     kinds = {f.kind for f in findings}
     fit = no_surer(engine, fit, {k for c in causes for k in c.keys})
@@ -111,10 +112,7 @@ def judged(
     row = size_of(engine.problems[0], "row")
     asserted = asserted_of(fit, causes, kept.stands.rivals, stated, row, chances)
     asserted = apart_from_nil(engine, fit, asserted)
-    gaps = tuple(
-        replace(g, findings=g.findings + mean_slopes(p, asserted, i))
-        for i, (p, g) in enumerate(zip(plain, gaps, strict=True))
-    )
+    gaps = with_findings(gaps, lambda i: mean_slopes(plain[i], asserted, i))
     # by a logged speed a prediction has that speed's noise, beyond its own sensor's
     commanded = not all(p.drive.imposed for p in engine.problems)
     large = any(g.energy.beyond(DOUBTLESS) for g in gaps)
@@ -136,6 +134,13 @@ def judged(
         ),
     )
     return Judged(gaps, left, fit, asserted, verdict(causes, left, signs))
+
+
+def with_findings(
+    gaps: Sequence[Gap], said: Callable[[int], tuple[Finding, ...]]
+) -> tuple[Gap, ...]:
+    """Return the gaps of logs with what is said of each besides."""
+    return tuple(replace(g, findings=g.findings + said(i)) for i, g in enumerate(gaps))
 
 
 def leaves_a_gap(

@@ -284,10 +284,11 @@ def meaning_of(name: str) -> Meaning | None:
     whole = COMPOUND.sub(r"\1 ", CAPITAL.sub(" ", UNIT.sub("", name)).lower())
     words = {SHORTENED.get(w, w) for w in re.findall(r"[a-zäöüß0-9]+", whole)}
     unit = UNITS.get(unit_in(name), (1.0, ""))[1]
-    short = SHORT.get(_joined(UNIT.sub("", name)))
+    joined = _joined(UNIT.sub("", name))
+    short = SHORT.get(joined)
     if not short and unit and not UNIT.search(name):  # "Vbat mV", "ay_g"
         short = SHORT.get(_joined(re.sub(r"[_\s][^_\s]+\s*$", "", name)))
-    last = _joined(UNIT.sub("", name)).rpartition("_")[2]
+    last = joined.rpartition("_")[2]
     if not short and last in LAST:
         short = SHORT[last]
     if short:

@@ -151,17 +151,16 @@ def holds_more(way: Engine, begun: Engine, commands: Collection[int]) -> bool:
 
     What is averaged is free: accelerations that are means come half a row late.
     """
+
+    def more(held: tuple[int, int]) -> tuple[int, ...]:
+        return tuple(SINCE if i in commands else h for i, h in enumerate(held))
+
     pairs = [
         (p.drive.held, q.drive.held)
         for p, q in zip(way.problems, begun.problems, strict=True)
     ]
-    more = [
-        tuple(SINCE if i in commands else h for i, h in enumerate(held))
-        for _, held in pairs
-    ]
-    return any(held != now for held, (_, now) in zip(more, pairs, strict=True)) and all(
-        there == held for held, (there, _) in zip(more, pairs, strict=True)
-    )
+    others = any(there != held for there, held in pairs)
+    return others and all(there == more(held) for there, held in pairs)
 
 
 def is_logged_later(engine: Engine, begun: Engine) -> bool:
