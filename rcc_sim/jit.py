@@ -30,12 +30,18 @@ TELL: list[Callable[[str], None]] = []
 def jit(function: F) -> F:
     """Mark a function as kernel code (floats, arrays and records only).
 
-    Kernel code calls other kernel code by its bare name (``from x import f``). In the
-    hot loop an array that is handed to a function costs two atomic operations, needed
-    or not: hand tables only to the branch that reads them.
+    Kernel code calls other kernel code by its bare name (``from x import f``). It makes
+    no arrays: who made none need not count who holds those that it is handed, which
+    costs atomic operations wherever one is handed on, twice the time of a whole tick.
     """
     function.__kernel__ = True  # type: ignore[attr-defined]
     return function
+
+
+def makes_arrays(function: F) -> F:
+    """Mark kernel code that may make arrays, and counts who holds them."""
+    function.__makes_arrays__ = True  # type: ignore[attr-defined]
+    return jit(function)
 
 
 def over_arrays(function: F) -> F:
@@ -45,7 +51,7 @@ def over_arrays(function: F) -> F:
     fast.
     """
     function.__called__ = True  # type: ignore[attr-defined]
-    return jit(function)
+    return makes_arrays(function)
 
 
 @functools.cache
@@ -70,6 +76,7 @@ def compiled(
         "cache": _can_cache(),
         "error_model": "numpy",
         "nogil": True,
+        "_nrt": hasattr(function, "__makes_arrays__"),
         "forceinline": not hasattr(function, "__called__"),
     }
     if inner:
@@ -141,7 +148,7 @@ def bound(
                     for name, inner in used(value).items()
                 },
             )
-            twin.__kernel__ = True
+            twin.__dict__.update(value.__dict__)
             twin.__cache_folder__ = folder
         return made[value]
 

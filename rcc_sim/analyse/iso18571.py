@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.jit import compiled, jit
+from rcc_sim.jit import compiled, makes_arrays
 
 Array = NDArray[np.float64]
 
@@ -130,7 +130,7 @@ def _averaged(x: Array) -> Array:
     return out
 
 
-@jit
+@makes_arrays
 def warped(x, y, window):  # type: ignore[no-untyped-def]
     """Pairs of rows (i, j), |i − j| ≤ window, whose sum of (x_i − y_j)² is least."""
     n = len(x)

@@ -14,7 +14,7 @@ from types import FunctionType, ModuleType
 from typing import Any
 
 from rcc_sim.errors import InputError, did_you_mean
-from rcc_sim.jit import cache_folder, jit, used
+from rcc_sim.jit import cache_folder, makes_arrays, used
 from rcc_sim.physics.effect import ACTS, DRIVES, OF, Effect
 from rcc_sim.physics.effects import EFFECTS
 from rcc_sim.physics.params import PARAMS, SINKS
@@ -204,7 +204,7 @@ def _checked(where: str, module: ModuleType, source: bytes) -> OwnEffect:
     digest = _digest(source, helpers)
     for helper in helpers:
         helper.__dict__["__cache_folder__"] = cache_folder() / f"own-{digest}"
-        jit(helper)
+        makes_arrays(helper)
     takes = tuple(inspect.signature(function).parameters)
     if kind == "sensed":
         effect = replace(effect, sensor=True)

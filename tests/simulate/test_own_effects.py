@@ -165,6 +165,24 @@ def test_what_cannot_be_compiled_runs_in_plain_python_and_says_so(tmp_path):
     assert run.ledger["own"] > 0
 
 
+@pytest.mark.slow
+def test_an_own_effect_may_make_arrays(tmp_path):
+    body = (
+        "import numpy as np\n"
+        "def force(v, size):\n"
+        "    speeds = np.array([0.0, 1.0, 3.0])\n"
+        "    return size * np.interp(v, speeds, speeds * speeds)"
+    )
+    made = with_own(car(BASE), written(tmp_path, body), size=0.2)
+    one, two = (
+        simulate(made, CYCLE, imposed=True, engine=e)
+        for e in ("compiled", "interpreted")
+    )
+    assert not any("plain Python" in note for note in one.notes)
+    assert one.ledger["own"] == pytest.approx(two.ledger["own"], rel=1e-12)
+    assert one.ledger["own"] > 0
+
+
 def test_a_vehicle_file_names_effects_that_lie_beside_it(tmp_path):
     written(tmp_path, "def force(size):\n    return size")
     (tmp_path / "mine.toml").write_text(
