@@ -19,10 +19,10 @@ from rcc_sim.blind.plant import (
 )
 from rcc_sim.blind.plant_books import book_electrics, book_motion, drawn
 from rcc_sim.blind.plant_commands import drive_command, speed_command
-from rcc_sim.jit import jit
+from rcc_sim.jit import makes_arrays
 
 
-@jit
+@makes_arrays
 def run(p, d, T_tick, subs, out, E, line):
     """Drive the vehicle p over the drive d; fill rows ``out`` and the books ``E``.
 
