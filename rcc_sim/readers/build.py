@@ -75,16 +75,17 @@ def mapped_columns(
     Raises
     ------
     InputError
-        If the user's own map names a column that the file does not have.
+        If the file lacks a column that the user's own map does not call optional.
     """
     found: list[tuple[str, int, Array]] = []
     for ours, terms in by.columns.items():
         parts = [_part(term, columns) for term in terms]
         lacking = [t for t, p in zip(terms, parts, strict=True) if p is None]
         if lacking:
-            if not by.shipped:
-                raise _lacking(by, ours, lacking[0], names)
-            if len(lacking) < len(terms):
+            needed = [t for t in lacking if not (by.shipped or t.optional)]
+            if needed:
+                raise _lacking(by, ours, needed[0], names)
+            if len(lacking) < len(terms) or not by.shipped:
                 report.notes.append(f"{ours}: no {lacking[0].sources[0]}: left out")
             for term in lacking:
                 if any(find(list(columns), s) for s in term.sources):
@@ -247,7 +248,8 @@ def _lacking(by: ColumnMap, ours: str, term: Term, names: Sequence[str]) -> Inpu
     shown = ", ".join(n for n in names[:40] if n)
     return InputError(
         f"{by.where}: columns.{ours}: the file has no {term.sources[0]!r}",
-        f"it has {shown}{' …' if len(names) > 40 else ''}",
+        f"it has {shown}{' …' if len(names) > 40 else ''}; optional = true lets a "
+        "file go without",
     )
 
 

@@ -57,7 +57,7 @@ UNITS: dict[str, tuple[float, str]] = {
 
 TERM_KEYS = {
     "from", "unit", "factor", "sign", "offset", "times", "wrap_s", "missing",
-    "absent", "below", "blank_where", "negative_where", "guess",
+    "absent", "below", "blank_where", "negative_where", "guess", "optional",
 }  # fmt: skip
 MAP_KEYS = {
     "title", "source", "format", "header", "separator", "encoding", "decimal",
@@ -103,6 +103,8 @@ class Term:
         Rows without a value, and rows whose sign turns.
     guess : str
         What the map assumes and the file does not say.
+    optional : bool
+        A file that lacks it goes without the column; else that is an error.
     """
 
     sources: tuple[str, ...]
@@ -117,6 +119,7 @@ class Term:
     blank_where: Where | None = None
     negative_where: Where | None = None
     guess: str = ""
+    optional: bool = False
 
 
 @dataclass(frozen=True)
@@ -130,7 +133,7 @@ class ColumnMap:
     title, origin : str
         What it is for, and where that is known from.
     shipped : bool
-        Whether it came with a package; then a column that a file lacks is no error.
+        Whether it came with a package; then all of its columns are optional.
     format : str
         "csv", "bag", "mf4" or "parquet".
     header : tuple of str
@@ -304,6 +307,7 @@ def _term(column: str, raw: dict[str, Any], key: str) -> Term:
         blank_where=_where(raw, "blank_where", key),
         negative_where=_where(raw, "negative_where", key),
         guess=str(raw.get("guess", "")),
+        optional=_yes(raw, "optional", key),
     )
 
 
@@ -354,6 +358,13 @@ def _number(raw: Mapping[str, Any], name: str, default: float, key: str) -> floa
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise InputError(f"{key}.{name}: should be a number: {value!r}")
     return float(value)
+
+
+def _yes(raw: Mapping[str, Any], name: str, key: str) -> bool:
+    value = raw.get(name, False)
+    if not isinstance(value, bool):
+        raise InputError(f"{key}.{name}: should be true or false: {value!r}")
+    return value
 
 
 def _known(raw: Mapping[str, Any], keys: set[str], where: str) -> None:

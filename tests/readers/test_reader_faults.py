@@ -294,6 +294,7 @@ def test_a_missing_library_is_named_with_what_to_install(tmp_path, monkeypatch):
         ('[columns]\nspeed_mps = { from = "v", unit = "kmh" }\n', ["'kmh'"]),
         ('[columns]\nspeed_mps = { from = "v", sign = 2 }\n', ["sign", "2"]),
         ('[columns]\nspeed_mps = { from = "v", factor = "x" }\n', ["factor", "'x'"]),
+        ('[columns]\nspeed_mps = { from = "v", optional = 1 }\n', ["true or false"]),
         ('[columns]\n"Speed" = "v"\n', ["lower_snake_case"]),
         ('[columns]\nspeed = "v"\n', ["columns.speed", "should end in its unit"]),
         ('[columns]\nspeed_mps = "v"\n[map]\nencoding = "klingon"\n', ["klingon"]),
@@ -307,6 +308,29 @@ def test_a_bad_map_names_the_key(tmp_path, content, words):
         read_log(log, columns=by)
     for word in words:
         assert word in str(caught.value)
+
+
+def test_a_log_goes_without_a_column_that_its_map_calls_optional(tmp_path):
+    by = text(
+        tmp_path,
+        '[columns]\ntime_s = "t"\nspeed_mps = "v"\n'
+        'elevation_m = { from = ["alt", "baro"], optional = true }\n'
+        "[columns.aux_power_w]\n"
+        'sum = [{ from = "heater" }, { from = "ac", optional = true }]\n',
+        "map.toml",
+    )
+    both = read_log(
+        text(tmp_path, "t,v,baro,heater,ac\n0,1,7,2,3\n1,2,8,4,5\n"), columns=by
+    )
+    assert both.trace["elevation_m"].tolist() == [7.0, 8.0]
+    assert both.trace["aux_power_w"].tolist() == [5.0, 9.0]
+    less = read_log(text(tmp_path, "t,v,heater\n0,1,2\n1,2,4\n"), columns=by)
+    assert list(less.trace.columns) == ["time_s", "speed_mps"]
+    assert any("elevation_m: no alt: left out" in note for note in less.notes)
+    assert any("aux_power_w: no ac: left out" in note for note in less.notes)
+    with pytest.raises(InputError, match="no 'heater'") as caught:
+        read_log(text(tmp_path, "t,v,ac\n0,1,2\n1,2,4\n"), columns=by)
+    assert "optional = true" in caught.value.hint
 
 
 def test_an_unknown_reader_or_map_lists_those_there_are(tmp_path):
