@@ -40,11 +40,23 @@ class Engine(SimpleNamespace):
         return Fitted(fit.score, fit.off, noise)
 
 
+def improved(engine, now, rounds, *, settled):
+    """Gain what a figure is off by more than the noise hides."""
+    return Fitted(now.score + now.off - now.noise, now.noise, now.noise)
+
+
 @pytest.mark.parametrize("share", [0.1, 0.5])
 def test_noise_is_learnt_until_that_leads_no_further(share, monkeypatch):
-    def improved(engine, now, rounds, *, settled):
-        return Fitted(now.score + now.off - now.noise, now.noise, now.noise)
-
     monkeypatch.setattr(descent, "improved", improved)
     found = descent.fit(Engine(share=share), {}, [])
     assert found.off < 1.0
+
+
+def test_a_fit_that_lacks_more_than_it_has_gained_is_given_up(monkeypatch):
+    monkeypatch.setattr(descent, "improved", improved)
+    found = {
+        least: descent.fit(Engine(share=0.5), {}, [], least=least)
+        for least in (99.0, 120.0)
+    }
+    assert found[99.0].score > 99.0
+    assert (found[120.0].score, found[120.0].off) == (50.0, 50.0)

@@ -62,29 +62,38 @@ def fit(
     knobs: Sequence[Knob],
     noise: list[Whitener] | None = None,
     signals: list[list[Array]] | None = None,
+    least: float = -inf,
 ) -> Fit:
     """Maximum a posteriori under the noise that it leaves.
 
     What is missing yet counts as noise, and hides itself: the noise is learnt anew
     as long as that leads on. Signals may be given that were found nearby; what slept
-    there is asked once whether it still does.
+    there is asked once whether it still does. A fit that lacks more of the ``least``
+    score that is asked of it than it has gained is given up: each turn gains less than
+    those before it.
     """
     now = engine.evaluate({**{k.key: k.value for k in knobs}, **start}, knobs, noise)
     now = roused(engine, replace(now, signals=signals or []))
+    begun = now.score
     for turn in range(LEARNT):
         before = now.score
         few = noise is None and not turn
         now = improved(engine, now, 2 if few else ROUNDS, settled=turn > 0)
         gain = now.score - before
         now = engine.judged(now, engine.learn_noise(now.residuals))
-        if turn and gain < SETTLED:
+        if (turn and gain < SETTLED) or least - now.score > now.score - begun:
             break
     return now
 
 
-def refit(engine: Engine, found: Fit, noise: list[Whitener] | None = None) -> Fit:
+def refit(
+    engine: Engine,
+    found: Fit,
+    noise: list[Whitener] | None = None,
+    least: float = -inf,
+) -> Fit:
     """Fit anew, from where the same figures were fitted to logs much like these."""
-    return fit(engine, found.values, found.knobs, noise, found.signals)
+    return fit(engine, found.values, found.knobs, noise, found.signals, least)
 
 
 def of_tolerances(engine: Engine) -> Fit:

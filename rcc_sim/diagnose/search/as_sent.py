@@ -108,7 +108,8 @@ def asked_again(
     """
     if not ways:
         return None
-    way, there, fit = likeliest_of(ways, found.engine, found.fit)
+    least = found.fit.score - ENOUGH * len(found.causes) * fewer
+    way, there, fit = likeliest_of(ways, found.engine, found.fit, least)
     if fit.score > found.fit.score or (fewer and spares(there, fit, found)):
         return way
     return None
@@ -199,16 +200,19 @@ def likeliest(
     """
     if not ways:
         return None
-    way, _, now = likeliest_of(ways, engine, fit)
+    way, _, now = likeliest_of(ways, engine, fit, least)
     return way if now.score > least else None
 
 
 def likeliest_of(
-    ways: Sequence[Engine], engine: Engine, fit: Fit
+    ways: Sequence[Engine], engine: Engine, fit: Fit, least: float
 ) -> tuple[Engine, Engine, Fit]:
-    """Return the way in which logs are likeliest, logs driven so, and figures there."""
+    """Return the way in which logs are likeliest, logs driven so, and figures there.
+
+    Those that do not come near the ``least`` score are not fitted to the end.
+    """
     others = [driven_as(engine, like=way) for way in ways]
-    fits = each(lambda e: descent.refit(e, fit), others)
+    fits = each(lambda e: descent.refit(e, fit, least=least), others)
     every = zip(ways, others, fits, strict=True)
     return max(every, key=lambda way: way[2].score)
 
