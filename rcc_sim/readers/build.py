@@ -85,15 +85,16 @@ def mapped_columns(
             needed = [t for t in lacking if not (by.shipped or t.optional)]
             if needed:
                 raise _lacking(by, ours, needed[0], names)
-            if len(lacking) < len(terms) or not by.shipped:
-                report.notes.append(f"{ours}: no {lacking[0].sources[0]}: left out")
-            for term in lacking:
-                if any(find(list(columns), s) for s in term.sources):
-                    told = (
-                        f"{ours}: no {term.times}, which it is multiplied by: left out"
-                    )
-                    report.notes.append(told)
-                    report.dropped.append(ours)
+            there = [
+                t for t in lacking if any(find(list(columns), s) for s in t.sources)
+            ]
+            gone = [t.sources[0] for t in lacking if t not in there]
+            if gone and (len(lacking) < len(terms) or not by.shipped):
+                report.notes.append(f"{ours}: no {gone[0]}: left out")
+            for term in there:
+                told = f"{ours}: no {term.times}, which it is multiplied by: left out"
+                report.notes.append(told)
+                report.dropped.append(ours)
             continue
         kept = [p for p in parts if p is not None]
         dead = [(name, why) for name, _, why in kept if why]

@@ -315,6 +315,7 @@ def test_a_log_goes_without_a_column_that_its_map_calls_optional(tmp_path):
         tmp_path,
         '[columns]\ntime_s = "t"\nspeed_mps = "v"\n'
         'elevation_m = { from = ["alt", "baro"], optional = true }\n'
+        'battery_power_w = { from = "v", times = "i", optional = true }\n'
         "[columns.aux_power_w]\n"
         'sum = [{ from = "heater" }, { from = "ac", optional = true }]\n',
         "map.toml",
@@ -328,6 +329,9 @@ def test_a_log_goes_without_a_column_that_its_map_calls_optional(tmp_path):
     assert list(less.trace.columns) == ["time_s", "speed_mps"]
     assert any("elevation_m: no alt: left out" in note for note in less.notes)
     assert any("aux_power_w: no ac: left out" in note for note in less.notes)
+    assert [note for note in less.notes if "battery_power_w" in note] == [
+        "battery_power_w: no i, which it is multiplied by: left out"
+    ]
     with pytest.raises(InputError, match="no 'heater'") as caught:
         read_log(text(tmp_path, "t,v,ac\n0,1,2\n1,2,4\n"), columns=by)
     assert "optional = true" in caught.value.hint
