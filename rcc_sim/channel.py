@@ -162,8 +162,10 @@ def moving_mean(x: Array, rows: int) -> Array:
     known = np.isfinite(x)
     if not known.any():
         return np.zeros(len(x))
-    places = np.arange(len(x))
-    whole = x if known.all() else np.interp(places, places[known], x[known])
+    whole = x
+    if not known.all():
+        whole, there = x.copy(), np.flatnonzero(known)
+        whole[~known] = np.interp(np.flatnonzero(~known), there, x[known])
     half = (min(rows, len(x)) - 1) // 2
     first, last = np.full(half + 1, whole[0]), np.full(half, whole[-1])
     total = np.cumsum(np.concatenate([first, whole, last]))

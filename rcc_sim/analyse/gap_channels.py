@@ -190,13 +190,30 @@ def wander(residual: Array, memory: int) -> float:
     size, lag = 0.0, 1
     while lag <= max(memory, 1) and lag < len(residual) // (2 * CALM):
         change = np.abs(residual[lag:] - residual[:-lag])
-        parts = [part[np.isfinite(part)] for part in np.array_split(change, CALM)]
-        middles = [float(np.median(part)) for part in parts if len(part) > 10]
-        if middles:
+        middles = medians(change, CALM, more_than=10)
+        if len(middles):
             calm = float(np.quantile(middles, 0.25))
             size = max(size, 1.4826 * calm / float(np.sqrt(2)))
         lag *= 2
     return size
+
+
+def medians(x: Array, count: int, more_than: int) -> Array:
+    """Return the medians of so many stretches with more finite values than some."""
+    known = np.where(np.isfinite(x), x, np.nan)
+    rows, longer = divmod(len(x), count)
+    parted = longer * (rows + 1)
+    found = []
+    for some in (
+        known[:parted].reshape(longer, rows + 1),
+        known[parted:].reshape(count - longer, rows),
+    ):
+        ordered = np.sort(some, axis=1)  # NaN last
+        k = np.count_nonzero(np.isfinite(some), axis=1)
+        which = np.flatnonzero(k > more_than)
+        k = k[which]
+        found.append((ordered[which, (k - 1) // 2] + ordered[which, k // 2]) / 2)
+    return np.concatenate(found)
 
 
 def refuse_other_drives(log: Trace, repeats: Sequence[Trace]) -> None:

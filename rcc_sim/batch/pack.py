@@ -214,7 +214,7 @@ class Packing:
         errors: list[str | None] = [None] * len(values)
         if not len(values):
             return P, errors
-        record.fill(P[0], self.base)
+        record.fill(P, self.base)
         P[1:] = P[0]
         column = {key: values[:, i] for i, key in enumerate(self.keys)}
 
@@ -246,7 +246,7 @@ class Packing:
         for i, row in enumerate(values):
             at = dict(zip(self.own_keys, row[where].tolist(), strict=True))
             try:
-                record.fill(P[i], self._at(at))
+                record.fill(P[i:], self._at(at))
             except InputError as error:
                 errors[i] = str(error)
 

@@ -241,7 +241,7 @@ class Sweep:
             self._check_slip(P, scales, errors)
             self._count(P, scales, counts, errors)
         for i in [i for i, error in enumerate(errors) if error is not None]:
-            record.fill(P[i], self.packing.base)
+            record.fill(P[i:], self.packing.base)
             scales[i] = 1.0
             counts[i] = (1, 2)
         return Part(P, scales, counts), errors

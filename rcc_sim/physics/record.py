@@ -8,6 +8,7 @@ same field names; both index it with ``[0]`` first, so kernel code is one.
 from __future__ import annotations
 
 import copy
+import functools
 from collections.abc import Iterable, Mapping
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
@@ -74,16 +75,24 @@ def plain(schema: Schema, rows: int = 1) -> Rows:
     return Rows(_plain(schema) for _ in range(rows))
 
 
-def fill(record: Any, values: Mapping[str, Any]) -> None:
-    """Write tables of values into one record of either kind; 0 where one has none."""
-    for name, table in values.items():
-        if _is_plain(record):
-            inner = getattr(record, name)
+def fill(records: Any, values: Mapping[str, Mapping[str, float]]) -> None:
+    """Write tables of values into the first record, of either kind; 0 where none is."""
+    if isinstance(records, Rows):
+        for name, table in values.items():
+            inner = getattr(records[0], name)
             for key, value in table.items():
                 setattr(inner, key, float(value))
-        else:  # a table at once: each assignment is dear
-            keys = record.dtype[name].names
-            record[name] = tuple(table.get(key, 0.0) for key in keys)
+        return
+    # all at once: each assignment is dear
+    places = [(values.get(name, {}), keys) for name, keys in _keys(records.dtype)]
+    whole = [table.get(key, 0.0) for table, keys in places for key in keys]
+    records[:1].view(float)[:] = whole
+
+
+@functools.cache
+def _keys(kind: np.dtype[Any]) -> list[tuple[str, tuple[str, ...]]]:
+    """Return the tables of a kind of record, each with its keys."""
+    return [(name, kind[name].names or ()) for name in kind.names or ()]
 
 
 def column(records: Any, field: str) -> np.ndarray[Any, Any]:
@@ -93,10 +102,6 @@ def column(records: Any, field: str) -> np.ndarray[Any, Any]:
     if isinstance(records, Rows):
         return np.array([getattr(row, field) for row in records], dtype=float)
     return np.ascontiguousarray(records[field])
-
-
-def _is_plain(record: Any) -> bool:
-    return isinstance(record, SimpleNamespace)
 
 
 def _plain(schema: Schema) -> SimpleNamespace:

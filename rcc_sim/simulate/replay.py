@@ -142,7 +142,7 @@ def replay(
     n = len(drive.time)
     own = own_terms(vehicle)
     P, work, sinks = own.records()
-    record.fill(P[0], values)
+    record.fill(P, values)
     table = record.array(schema.ROW, n)
     measured, ago = as_true(vehicle, drive, speed_offset)
     given = (

@@ -215,7 +215,7 @@ def simulate(
         make = record.array if fast else record.plain
         P, work = make(own.params), tuple(make(s) for s in own.work)
         table, sinks = make(schema.ROW, rows), make(record.floats(*own.sinks), rows)
-        record.fill(P[0], values)
+        record.fill(P, values)
         own.call(kernel, fast, P, work, drive, maps, *lines, table, sinks, *tail)
         own.check(table, sinks)
         return work, table, sinks

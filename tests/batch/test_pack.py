@@ -29,13 +29,13 @@ def packed(vehicle, keys, values, *, commanded, lanes=None):
 def one_by_one(vehicle, keys, values, *, commanded, lanes=None):
     """Return the records as `simulate` would fill them."""
     P = record.array(own_terms(vehicle).params, len(values))
-    for p, row in zip(P, values, strict=True):
+    for i, row in enumerate(values):
         at = dict(zip(keys, row.tolist(), strict=True))
         changed = vehicle.changed(settings=at)
         filled = kernel_params(changed, commanded=commanded)
         if lanes is not None:
             filled["lanes"] = lanes.params(changed)
-        record.fill(p, filled)
+        record.fill(P[i:], filled)
     return P
 
 

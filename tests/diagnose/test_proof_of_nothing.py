@@ -30,7 +30,7 @@ def competed(tmp_path_factory):
 
 
 def shrink(engine, fit, null):
-    return hold_out(engine, engine, fit, halves(engine, fit), halves(engine, null))
+    return hold_out(engine, engine, fit, *halves((engine, fit), (engine, null)))
 
 
 def test_stated_figures_alone_close_nothing(competed):
@@ -52,10 +52,8 @@ def test_a_cause_of_the_wrong_size_is_told(competed):
         {**found.fit.values, LOAD: wrong}, found.fit.knobs, found.fit.noise
     )
     fit = replace(fit, signals=found.fit.signals, information=found.fit.information)
-    rows = [test for _, test in halves(engine, found.null)]
-    told = hold_out(
-        engine, engine, fit, [(fit, r) for r in rows], halves(engine, found.null)
-    )
+    (none,) = halves((engine, found.null))
+    told = hold_out(engine, engine, fit, [(fit, rows) for _, rows in none], none)
     assert told.explained == -1.0 and told.after > 2 * told.before
     assert np.isfinite(told.nats) and told.nats < 0
 

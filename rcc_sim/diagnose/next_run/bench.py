@@ -112,7 +112,7 @@ class Seen:
         told = self.beside(tracks)
         return np.concatenate(
             [
-                w(np.where(ok, np.nan_to_num(x), 0.0))
+                w(np.where(ok & np.isfinite(x), x, 0.0))
                 for w, ok, x in zip(self.noise, self.counted, told, strict=True)
             ]
         )

@@ -183,7 +183,7 @@ def narrowing(bench: Bench, fit: Fit, wide: Asserted) -> list[Experiment]:
             run.words, (wide.cause.effect,), Nats(gain, ()), run.seconds, run
         )
 
-    found = [e for e in map(one, bench.runs) if e is not None]
+    found = [e for e in each(one, bench.runs) if e is not None]
     found = [e for e in found if e.expected_nats.least > 0.5 * log(2)]
     found.sort(key=lambda e: (-e.expected_nats.least, e.time_s))
     return found[:SHOWN]

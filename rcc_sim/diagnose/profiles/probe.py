@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from copy import copy
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 from math import inf
 
 import numpy as np
@@ -43,6 +43,7 @@ from rcc_sim.diagnose.noise.whitener import (
 )
 from rcc_sim.diagnose.residuals.losses import told
 from rcc_sim.diagnose.residuals.sizes import small_changes
+from rcc_sim.side_by_side import each
 from rcc_sim.units import unit_of
 
 Array = NDArray[np.float64]
@@ -71,9 +72,11 @@ class Probe:
         self._white: dict[int, Array] = {}
         self._without: dict[int, float] = {}
         self.base = base = fit.values.get(key, engine.stated(key))
-        start = engine.residuals(fit.values, coarse=True)
         knob = Knob(key, base, inf, *bounds_of(engine.problems[0], key), step=size)
-        size, moved = engine.aside(fit.values | {key: base}, knob, knob.inward(base))
+        values = fit.values | {key: base}
+        (_, start), (size, moved) = each(
+            lambda h: engine.aside(values, knob, h), [0.0, knob.inward(base)]
+        )
         pairs = zip(moved, start, strict=True)
         per = 1 / size if size else 0.0  # at a bound on both sides
         self.signal = [np.nan_to_num(per * (a - b)) for a, b in pairs]
@@ -98,7 +101,7 @@ class Probe:
         """Return it by another fit of the same figures, with the same signal."""
         probe = copy(self)
         probe.fit, probe._white, probe._without = fit, {}, {}
-        for of_the_fit in ("_beside", "_all_forgetful"):
+        for of_the_fit in ("_beside", "_forgetful"):
             probe.__dict__.pop(of_the_fit, None)
         return probe
 
@@ -165,11 +168,12 @@ class Probe:
         for n in sorted(counts):
             knots = np.linspace(x.min(), x.max(), n)
             H, finer = windows(x, knots), n > len(best.knots)
-            tried = [
-                self._beside_noise(log, H, prior, forgetful)
+            ways = [
+                partial(self._beside_noise, log, H, prior, forgetful)
                 for prior in priors_of(profile.key, profile.along, knots)
                 for forgetful in (False, True)
             ]
+            tried = each(lambda way: way(), ways)
             found = max(tried, key=lambda one: one.evidence)
             if found.evidence > most + (ENOUGH if finer else 0.0):
                 most = found.evidence
@@ -202,8 +206,8 @@ class Probe:
         """
         told = np.zeros(len(self.engine.problems[log].log["time_s"]))
         asked = np.zeros_like(told)
-        tracks = self._tracks_of(log)
-        for i, w in zip(tracks, self._forgetful(tracks), strict=True):
+        for i in self._tracks_of(log):
+            w = self._forgetful[i]
             v, scale = w.valid, np.ones(len(told))
             if scaled:
                 scale = np.maximum(w.scale, np.median(w.scale[v]))
@@ -246,16 +250,16 @@ class Probe:
         Or from one that remembers nothing (``forgetful``).
         """
         tracks = self._tracks_of(log)
-        own = [self.fit.noise[i] for i in tracks]
-        noise = self._forgetful(tracks) if forgetful else own
+        known = self._forgetful if forgetful else self.fit.noise
+        noise = [known[i] for i in tracks]
         return self._together(tracks, H, noise, self._left(tracks), prior)
 
     def _begun(self, log: int, H: Windows, prior: Prior) -> Weighed:
         """Strengths by the noise that they leave, from those of least squares."""
-        each, told = self.per_row(log, scaled=True)
+        value, told = self.per_row(log, scaled=True)
         tracks, G = self._tracks_of(log), (H.T @ H.multiply(told[:, None])).toarray()
         ridge = RIDGE * np.trace(G) / len(G) * np.eye(len(G))
-        start = np.linalg.solve(G + ridge, H.T @ (told * each))
+        start = np.linalg.solve(G + ridge, H.T @ (told * value))
         left = [
             e + self.signal[i] * (H @ start)
             for e, i in zip(self._left(tracks), tracks, strict=True)
@@ -282,19 +286,12 @@ class Probe:
         left = self._left(tracks)
         return self._weighed(tracks, H, noise, left, Prior(shape)).evidence
 
-    def _forgetful(self, tracks: list[int]) -> list[Whitener]:
-        return [self._all_forgetful[i] for i in tracks]
-
     @cached_property
-    def _all_forgetful(self) -> dict[int, Whitener]:
+    def _forgetful(self) -> dict[int, Whitener]:
         """Noise of each track that remembers nothing, but grows as the fit's does."""
+        fit, grows = self.fit, self.engine.grows_with
         return {
-            i: fit_whitener(
-                self.fit.residuals[i],
-                self.fit.noise[i].valid,
-                self.engine.grows_with[i],
-                [],
-            )
+            i: fit_whitener(fit.residuals[i], fit.noise[i].valid, grows[i], [])
             for i in self.tracks
         }
 

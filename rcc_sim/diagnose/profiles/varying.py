@@ -115,7 +115,7 @@ def as_profile(engine: Engine, fit: Fit, effect: str) -> Cause | None:
     probe = Probe(engine, held(fit, key), key)
     for i, problem in enumerate(engine.problems):
         x = problem.coordinate(along)
-        tried = [probe.profile(i, along, x, n) for n in WINDOW_COUNTS]
+        tried = each(partial(probe.profile, i, along, x), WINDOW_COUNTS)
         found[i] = max(tried, key=lambda p: p.evidence)
         if found[i].evidence <= enough_of(found[i]):
             continue
@@ -271,7 +271,7 @@ def instead(
     probe = Probe(engine, fit, cause.keys[0]).as_if_none(cause.profiles)
     for i, p in cause.profiles.items():
         x = engine.problems[i].coordinate(p.along)
-        tried = [probe.profile(i, p.along, x, n) for n in counts[i]]
+        tried = each(partial(probe.profile, i, p.along, x), counts[i])
         likeliest = max(tried, key=lambda one: one.evidence)
         found[i] = probe.sharper(likeliest, i, x, counts[i])
     start = with_acting(engine, {i: p.reversed for i, p in cause.profiles.items()})
@@ -372,7 +372,7 @@ def more_of(
     for i in profiles:
         problem = engine.problems[i]
         x = problem.coordinate(along)
-        tried = [probe.profile(i, along, x, n) for n in every_count(problem)]
+        tried = each(partial(probe.profile, i, along, x), every_count(problem))
         clear = [p for p in tried if p.coherence >= TIED and p.evidence > enough_of(p)]
         if clear:
             found[i] = max(clear, key=lambda p: p.evidence)

@@ -14,6 +14,7 @@ from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.fitting.knobs import Knob
 from rcc_sim.diagnose.noise.whitener import Whitener
+from rcc_sim.side_by_side import each
 
 Mask = NDArray[np.bool_]
 
@@ -81,6 +82,8 @@ def is_step(knob: Knob) -> bool:
     return knob.is_stepped and knob.sd < inf
 
 
-def halves(engine: Engine, fit: Fit) -> list[tuple[Fit, list[Mask]]]:
-    """Fits that each half of the stretches asks for, and the rows of the other."""
-    return [(refitted(engine, fit, train), test) for train, test in folds(engine)]
+def halves(*fits: tuple[Engine, Fit]) -> list[list[tuple[Fit, list[Mask]]]]:
+    """For each fit, those that half of the stretches asks for and the other's rows."""
+    parts = [(engine, fit, *fold) for engine, fit in fits for fold in folds(engine)]
+    found = each(lambda part: (refitted(*part[:3]), part[3]), parts)
+    return [found[k : k + 2] for k in range(0, len(found), 2)]

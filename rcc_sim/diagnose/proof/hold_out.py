@@ -77,8 +77,8 @@ def proof(
         stated = mended = driven(holdouts)
         was, now = [({}, None)], [(values, None)]
     else:
-        fitted = halves(acting, fit)
-        shrink = hold_out(acting, nominal, fit, fitted, halves(nominal, null))
+        fitted, tolerated = halves((acting, fit), (nominal, null))
+        shrink = hold_out(acting, nominal, fit, fitted, tolerated)
         stated, mended = driven(nominal.problems), driven(acting.problems)
         either = [a | b for a, b in zip(*(rows for _, rows in fitted), strict=True)]
         was = [({}, either)]
