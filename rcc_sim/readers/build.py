@@ -82,12 +82,13 @@ def mapped_columns(
         parts = [_part(term, columns) for term in terms]
         lacking = [t for t, p in zip(terms, parts, strict=True) if p is None]
         if lacking:
-            needed = [t for t in lacking if not (by.shipped or t.optional)]
-            if needed:
-                raise _lacking(by, ours, needed[0], names)
             there = [
                 t for t in lacking if any(find(list(columns), s) for s in t.sources)
             ]
+            for term in lacking:
+                if not (by.shipped or term.optional):
+                    lost = term.times if term in there else term.sources[0]
+                    raise _lacking(by, ours, lost, names)
             gone = [t.sources[0] for t in lacking if t not in there]
             if gone and (len(lacking) < len(terms) or not by.shipped):
                 report.notes.append(f"{ours}: no {gone[0]}: left out")
@@ -245,10 +246,10 @@ def _rows(where: Where | None, columns: dict[str, Column]) -> NDArray[np.bool_] 
     return rows if rows.any() else None
 
 
-def _lacking(by: ColumnMap, ours: str, term: Term, names: Sequence[str]) -> InputError:
+def _lacking(by: ColumnMap, ours: str, lost: str, names: Sequence[str]) -> InputError:
     shown = ", ".join(n for n in names[:40] if n)
     return InputError(
-        f"{by.where}: columns.{ours}: the file has no {term.sources[0]!r}",
+        f"{by.where}: columns.{ours}: the file has no {lost!r}",
         f"it has {shown}{' …' if len(names) > 40 else ''}; optional = true lets a "
         "file go without",
     )

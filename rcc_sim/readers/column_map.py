@@ -260,7 +260,7 @@ def map_of(text: str, path: Path, *, shipped: bool = False) -> ColumnMap:
         decimal=str(head.get("decimal", "")),
         skip_rows=int(_number(head, "skip_rows", 0, where)),
         rate_hz=_number(head, "rate_hz", 0.0, where),
-        carry_tenths=bool(head.get("carry_tenths", False)),
+        carry_tenths=_yes(head, "carry_tenths", f"{where}: map"),
         notes=(*head.get("notes", ()), *(() if shipped else unread(columns))),
         columns={n: _terms(n, c, where) for n, c in columns.items()},
     )

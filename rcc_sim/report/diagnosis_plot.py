@@ -12,7 +12,7 @@ from rcc_sim.report.diagnosis_page import mended
 from rcc_sim.report.findings import Report
 from rcc_sim.report.lines import Array, Line, shown
 from rcc_sim.report.panels import Panel, charts_of
-from rcc_sim.report.plots import COLOURS, POINTS, _legend_above, _sheet
+from rcc_sim.report.sheet import COLOURS, POINTS, legend_above, name_upright, sheet
 from rcc_sim.report.text import probable, short
 from rcc_sim.trace import integral_of
 from rcc_sim.units import J_PER_WH
@@ -40,14 +40,14 @@ def plot_diagnosis(found: Diagnosis, page: Report) -> Figure:
     since = charts is not None and charts.since_start
     panels = [p for p in charts.panels if p.place == "time"] if charts else []
     panels = [*_energy_gap(found, since_start=since), *panels]
-    figure, axes = _sheet(max(len(panels), 1), height=1.45, sharex=True)
+    figure, axes = sheet(max(len(panels), 1), height=1.45, sharex=True)
     for axis, panel in zip(axes, panels, strict=False):
         _draw(axis, panel)
     told = {
         line.get_label(): line for axis in axes for line in reversed(axis.get_lines())
     }
     names = [how["label"] for how in DRAWN.values() if how["label"] in told]
-    _legend_above(axes[0], [told[name] for name in names], names)
+    legend_above(axes[0], [told[name] for name in names], names)
     axes[-1].set_xlabel("Time since the log's start [s]" if since else "Time [s]")
     figure.suptitle(_title(found), x=0.02, ha="left")
     return figure
@@ -85,7 +85,7 @@ def _draw(axis: Axes, panel: Panel) -> None:
         axis.fill_between(found[0].x, low, high, color=colour, alpha=0.25, lw=0)
     for span in panel.flagged:
         axis.axvspan(span.start_s, span.end_s, color=COLOURS[4], alpha=0.15, lw=0)
-    axis.set_ylabel(panel.title.removeprefix("Found: ").replace(", ", ",\n"))
+    name_upright(axis, panel.title.removeprefix("Found: ").replace(", ", ",\n"))
 
 
 def _title(found: Diagnosis) -> str:

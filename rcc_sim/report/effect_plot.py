@@ -14,7 +14,7 @@ from rcc_sim.definitions.figure import Figure as Stated
 from rcc_sim.definitions.vehicle import Vehicle, load_vehicle
 from rcc_sim.physics.effect import Effect
 from rcc_sim.report.channels import title_of
-from rcc_sim.report.plots import _legend_above, _line, _sheet
+from rcc_sim.report.sheet import draw_line, legend_above, name_upright, sheet
 from rcc_sim.simulate.given import Profile, throttle_drive
 from rcc_sim.simulate.run import simulate
 from rcc_sim.trace import Trace
@@ -84,17 +84,17 @@ def plot_effect(name: str) -> Figure:
     effect = effect_of(name)[0]
     values, off, on = reference_runs(name, effect)
     shown = most_moved(effect, off, on)
-    figure, axes = _sheet(len(shown), height=1.5, sharex=True)
+    figure, axes = sheet(len(shown), height=1.5, sharex=True)
     for axis, column in zip(axes, shown, strict=True):
-        _line(axis, on, column, "on", 1)
-        _line(axis, off, column, "off", 0)
-        axis.set_ylabel(f"{title_of(column)} [{unit_of(column)}]")
+        draw_line(axis, on, column, "on", 1)
+        draw_line(axis, off, column, "off", 0)
+        name_upright(axis, f"{title_of(column)} [{unit_of(column)}]")
     lines = {line.get_label(): line for line in axes[0].lines}
     told = ", ".join(
         f"{key} = {value:g}" if isinstance(value, float) else f"{key} = {value}"
         for key, value in values.items()
     )
-    _legend_above(axes[0], [lines["off"], lines["on"]], ["without", told])
+    legend_above(axes[0], [lines["off"], lines["on"]], ["without", told])
     axes[-1].set_xlabel("Time [s]")
     figure.suptitle(effect.title, x=0.02, ha="left")
     return figure

@@ -10,7 +10,14 @@ import numpy as np
 from rcc_sim.definitions.cycle import Cycle
 from rcc_sim.errors import InputError
 from rcc_sim.report.lines import extremes
-from rcc_sim.report.plots import COLOURS, DASHES, POINTS, _legend_above, _sheet
+from rcc_sim.report.sheet import (
+    COLOURS,
+    DASHES,
+    POINTS,
+    legend_above,
+    name_upright,
+    sheet,
+)
 from rcc_sim.report.text import percent
 from rcc_sim.similitude.dimensionless import DimensionlessTrace
 
@@ -34,7 +41,7 @@ SLIGHT = 0.01
 
 def plot_cycles(actual: Cycle, scaled: Cycle, names: tuple[str, str]) -> Figure:
     """Draw a cycle as it is and at the other vehicle's size: together, then alone."""
-    figure, (both, alone) = _sheet(2, height=1.9)
+    figure, (both, alone) = sheet(2, height=1.9)
     for k, (cycle, name) in enumerate(zip((actual, scaled), names, strict=True)):
         x, y = extremes(cycle.time_s, cycle.speed_mps, POINTS)
         for axis in (both, alone)[: k + 1]:
@@ -44,7 +51,7 @@ def plot_cycles(actual: Cycle, scaled: Cycle, names: tuple[str, str]) -> Figure:
         axis.set_ylabel("Speed [m/s]")
         axis.set_ylim(bottom=0)
     alone.set_xlabel("Time [s]")
-    _legend_above(both, both.lines, list(names))
+    legend_above(both, both.lines, list(names))
     return figure
 
 
@@ -67,15 +74,15 @@ def plot_overlay(runs: Mapping[str, DimensionlessTrace]) -> Figure:
             "the traces have no column in common that can be drawn",
             "speed_mps, accel_x_mps2, motor_torque_nm, steer_cmd_rad, yaw_rate_radps",
         )
-    figure, axes = _sheet(len(columns), height=1.6, sharex=True)
+    figure, axes = sheet(len(columns), height=1.6, sharex=True)
     for axis, column in zip(axes, columns, strict=True):
         for k, run in enumerate(runs.values()):
             time, values = run.columns["pi_8_time"], run.columns[column]
             x, y = extremes(time - time[0], values, POINTS)
             colour, dash = COLOURS[k % len(COLOURS)], DASHES[k % len(DASHES)]
             axis.plot(x, y, color=colour, ls=dash, lw=1.1)
-        axis.set_ylabel(f"{OVERLAID[column]} [1]")
-    _legend_above(axes[0], axes[0].lines, list(runs))
+        name_upright(axis, f"{OVERLAID[column]} [1]")
+    legend_above(axes[0], axes[0].lines, list(runs))
     axes[-1].set_xlabel("π₈, time [1]")
     figure.align_ylabels(axes)
     return figure
@@ -102,7 +109,7 @@ def plot_gap(found: Mapping[str, Any]) -> Figure:
     if not kinds:
         raise InputError("where.regimes: empty; there is nothing to draw")
     heights = [max(len(rows), 2) for _, _, rows in kinds]
-    figure, axes = _sheet(
+    figure, axes = sheet(
         len(kinds),
         height=0.45 + 0.28 * max(heights),
         height_ratios=heights,

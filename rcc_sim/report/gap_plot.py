@@ -10,8 +10,9 @@ from rcc_sim.analyse.gap import Gap
 from rcc_sim.analyse.gap_regimes import REGIMES
 from rcc_sim.analyse.logcheck.finding import runs
 from rcc_sim.channel import interval_of
+from rcc_sim.report.channels import title_of
 from rcc_sim.report.lines import shown
-from rcc_sim.report.plots import COLOURS, POINTS, _sheet
+from rcc_sim.report.sheet import COLOURS, POINTS, name_upright, sheet
 from rcc_sim.simulate.smooth import HOLE
 from rcc_sim.units import unit_of
 
@@ -37,7 +38,7 @@ MOST = 400
 
 def plot_gap(gap: Gap) -> Figure:
     """Draw what was measured and simulated over time, a panel a channel."""
-    figure, axes = _sheet(max(len(gap.channels), 1), height=1.45, sharex=True)
+    figure, axes = sheet(max(len(gap.channels), 1), height=1.45, sharex=True)
     time = gap.measured["time_s"]
     for axis, channel in zip(axes, gap.channels, strict=False):
         name = channel.channel
@@ -45,8 +46,7 @@ def plot_gap(gap: Gap) -> Figure:
         for k, (label, values) in enumerate(both):
             x, y = shown(time, values, POINTS)
             axis.plot(x, y, label=label, color=COLOURS[k], lw=0.9, zorder=2.5)
-        words = name.rsplit("_", 1)[0].replace("_", " ")
-        axis.set_ylabel(f"{words} [{unit_of(name)}]")
+        name_upright(axis, f"{title_of(name)} [{unit_of(name)}]")
         _shade(axis, gap)
     handles, names = axes[0].get_legend_handles_labels()
     axes[0].legend(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,35 +12,24 @@ from rcc_sim.analyse.energy import EnergyReport, cumulative_distance, cumulative
 from rcc_sim.errors import InputError
 from rcc_sim.files import atomic
 from rcc_sim.report.channels import title_of
-from rcc_sim.report.lines import extremes, shown
+from rcc_sim.report.lines import extremes
+from rcc_sim.report.sheet import (
+    COLOURS,
+    DASHES,
+    POINTS,
+    draw_line,
+    legend_above,
+    name_upright,
+    sheet,
+)
 from rcc_sim.trace import Trace
 from rcc_sim.units import J_PER_WH, unit_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-    from matplotlib.typing import RcKeyType
 
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-"""Okabe-Ito, in an order that also differs in lightness."""
-
-DASHES = ("-", "--", "-.", ":")
 FORMATS = (".png", ".svg", ".pdf")
-POINTS = 4000
-"""Points that a line is thinned to; each stretch keeps its least and its greatest."""
-
-STYLE: dict[RcKeyType, Any] = {
-    "figure.dpi": 110,
-    "savefig.dpi": 200,
-    "font.size": 9,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "grid.alpha": 0.25,
-    "svg.hashsalt": "rccsim",
-    "text.parse_math": False,
-}
 
 RUN_PANELS = (
     ("Speed", ("speed_mps", "speed_ref_mps"), ("driven", "reference")),
@@ -116,20 +105,20 @@ def plot_run(*traces: Trace, columns: Sequence[str] = ()) -> Figure:
         if any(panel[1][0] in t and np.any(t[panel[1][0]]) for t in traces)
         and SAID_BY.get(panel[0]) not in traces[0].columns
     ]
-    figure, axes = _sheet(len(panels), height=1.45, sharex=True)
+    figure, axes = sheet(len(panels), height=1.45, sharex=True)
     for axis, (title, names, labels) in zip(axes, panels, strict=True):
         for k, trace in enumerate(traces):
             for column, label in zip(names, labels, strict=True):
                 if column in trace and not (k > 0 and label == "reference"):
-                    _line(axis, trace, column, label, k)
-        axis.set_ylabel(f"{title} [{unit_of(names[0])}]")
+                    draw_line(axis, trace, column, label, k)
+        name_upright(axis, f"{title} [{unit_of(names[0])}]")
     if len(traces) == 1:
-        _legend_above(axes[0], *axes[0].get_legend_handles_labels())
+        legend_above(axes[0], *axes[0].get_legend_handles_labels())
     else:
         driven = [line for line in axes[0].lines if line.get_label() == "driven"]
         asked = [x for x in axes[0].lines if x.get_label() == "reference"]
         drives = [trace.name for trace in traces if panels[0][1][0] in trace]
-        _legend_above(axes[0], driven + asked, drives + ["reference"] * len(asked))
+        legend_above(axes[0], driven + asked, drives + ["reference"] * len(asked))
     axes[-1].set_xlabel("Time [s]")
     figure.suptitle(traces[0].name if len(traces) == 1 else "", x=0.02, ha="left")
     return figure
@@ -154,7 +143,7 @@ def _asked_for(
 def plot_energy(traces: Sequence[Trace], reports: Sequence[EnergyReport]) -> Figure:
     """Draw where the energy went: by sink, and along the way."""
     sinks = list(dict.fromkeys(sink for report in reports for sink in report.ledger))
-    figure, (bars, way) = _sheet(2, height=2.0 + 0.6 * len(reports))
+    figure, (bars, way) = sheet(2, height=2.0 + 0.6 * len(reports))
     if sinks:
         _sink_bars(bars, sinks, reports)
     else:
@@ -169,18 +158,6 @@ def plot_energy(traces: Sequence[Trace], reports: Sequence[EnergyReport]) -> Fig
     way.set_ylabel("Battery energy [Wh]")
     way.legend(frameon=False)
     return figure
-
-
-def _legend_above(axis: Axes, lines: Sequence[Any], names: Sequence[str]) -> None:
-    """Put the legend above the axes, where it hides nothing."""
-    axis.legend(
-        lines,
-        names,
-        ncols=min(len(names), 3),
-        frameon=False,
-        loc="lower right",
-        bbox_to_anchor=(1.0, 1.0),
-    )
 
 
 def _sink_bars(
@@ -201,35 +178,3 @@ def _sink_bars(
     axis.invert_yaxis()
     axis.margins(x=0.12)
     axis.set_xlabel("Energy per distance [Wh/km]")
-
-
-def _line(axis: Axes, trace: Trace, column: str, label: str, k: int) -> None:
-    x, y = shown(trace["time_s"], trace[column], POINTS)
-    reference = label == "reference"
-    axis.plot(
-        x,
-        y,
-        label=label or None,
-        color="#555555" if reference else COLOURS[k % len(COLOURS)],
-        ls="--" if reference else "-",
-        lw=0.9,
-        zorder=2.9 - 0.1 * k,  # the first on top: the others show where they differ
-    )
-
-
-def _sheet(count: int, *, height: float, **options: Any) -> tuple[Figure, list[Axes]]:
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    plt.rcParams.update(STYLE)
-    figure, axes = plt.subplots(
-        count,
-        1,
-        figsize=(7.2, 0.8 + height * count),
-        layout="constrained",
-        squeeze=False,
-        **options,
-    )
-    return figure, list(axes[:, 0])

@@ -289,6 +289,7 @@ def test_a_missing_library_is_named_with_what_to_install(tmp_path, monkeypatch):
         ("[columns", ["TOML"]),
         ("[map]\n", ["columns", "missing"]),
         ('[columns]\nspeed_mps = "none"\n', ["speed_mps", "the file has no 'none'"]),
+        ('[columns]\nspeed_mps = { from = "v", times = "i" }\n', ["has no 'i'"]),
         ('[columns]\nspeed_mps = { form = "v" }\n', ["form", "no such key"]),
         ('[columns]\nspeed_mps = { from = "v", unit = "kW" }\n', ["kW", "m/s"]),
         ('[columns]\nspeed_mps = { from = "v", unit = "kmh" }\n', ["'kmh'"]),
@@ -298,6 +299,7 @@ def test_a_missing_library_is_named_with_what_to_install(tmp_path, monkeypatch):
         ('[columns]\n"Speed" = "v"\n', ["lower_snake_case"]),
         ('[columns]\nspeed = "v"\n', ["columns.speed", "should end in its unit"]),
         ('[columns]\nspeed_mps = "v"\n[map]\nencoding = "klingon"\n', ["klingon"]),
+        ('[map]\ncarry_tenths = 1\n[columns]\nspeed_mps = "v"\n', ["carry_tenths"]),
         ('[columns]\nspeed_mps = "v"\n', ["no time column"]),
     ],
 )
