@@ -63,7 +63,8 @@ class ChannelGap:
     noise : float
         Standard deviation of what no model foresees.
     noise_from : str
-        ``repeats``, ``vehicle file``, or ``guess`` from the log itself.
+        ``repeats``, ``vehicle file``, ``rough road`` where the log strays at random by
+        more than that states, or ``guess`` from the log itself.
     tolerance : float
         Root mean square of what the file's sds do to the channel.
     theil : Theil or None
@@ -162,7 +163,9 @@ def noise_of(
         return spread, "repeats"
     stated = vehicle.noise_sd(name)
     size = scatter(stated, (log[name], residual), (residual,), memory)
-    return size, "guess" if stated is None else "vehicle file"
+    if stated is None:
+        return size, "guess"
+    return size, "rough road" if size > stated else "vehicle file"
 
 
 def scatter(

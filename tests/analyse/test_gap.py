@@ -291,6 +291,22 @@ def test_without_repeats_the_noise_is_guessed_from_the_log_and_called_so():
     assert any("guessed" in note for note in found.notes)
 
 
+@pytest.mark.parametrize(
+    ("stated", "origin"), [(0.025, "vehicle file"), (0.005, "rough road")]
+)
+def test_a_noise_is_called_the_files_unless_the_log_strays_by_more(stated, origin):
+    rng = np.random.default_rng(4)
+    log = small_log(car(LOSSES))
+    columns = dict(log.columns) | {
+        "speed_mps": log["speed_mps"] + rng.normal(0, 0.02, len(log))
+    }
+    told = car(LOSSES).changed(settings={"sensors.speed_mps.noise_sd": stated})
+    found = gap(logged(Trace(columns, name="log")), told)
+    speed = by_name(found.channels, "channel")["speed_mps"]
+    assert speed.noise_from == origin
+    assert speed.noise == pytest.approx(max(stated, 0.02), rel=0.15)
+
+
 def test_a_log_without_a_battery_is_judged_at_the_shaft():
     drop = ("battery_power_w", "battery_current_a", "battery_voltage_v")
     found = gap(logged(small_log(car(LOSSES)), drop), car(LOSSES))

@@ -125,11 +125,22 @@ def test_nor_those_in_force_until_their_row_tyres_or_an_inertia(asked):
 STEERING = ("steering_delay", "steering_lag", "tyre_relaxation", "sensor_delay")
 
 
-def test_nor_where_the_measured_motion_drives_a_car_that_is_steered_by_them(asked):
-    columns = dict(sent(asked, 0.02).log.columns)
+DRIVEN = CAR.changed(
+    settings={"controller.mode": "torque", "controller.max_torque_nm": 0.5}
+)
+
+
+@pytest.mark.parametrize(("row", "car"), [(0.02, CAR), (0.05, DRIVEN)])
+def test_nor_where_the_measured_motion_drives_a_car_that_is_steered_by_them(
+    asked, row, car
+):
+    """At 20 Hz an accelerometer is asked besides whether what it shows is a mean."""
+    columns = dict(sent(asked, row).log.columns)
     del columns["speed_ref_mps"]
     log = Logged(Trace(columns, name="imposed"), (), None)
-    assert diagnose([log], CAR, candidates=STEERING).asserted == ()
+    found = diagnose([log], car, candidates=STEERING)
+    assert found.asserted == ()
+    assert found.found.engine.problems[0].drive.held[1] == SINCE
 
 
 def test_nor_where_a_stated_lag_that_is_too_long_hides_that_they_hold(asked):

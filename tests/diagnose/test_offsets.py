@@ -1,5 +1,7 @@
 """A sensor's offset is a tolerance, unless it was withheld to be found."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -8,12 +10,14 @@ from rcc_sim.analyse.offsets import noise_at_rest, offset_sd
 from rcc_sim.definitions.cycle import Cycle
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.fitting.knobs import bias_key, bias_knobs
+from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.residuals.problem import Problem
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import replay
 from rcc_sim.simulate.run import LaneChanges, simulate
 from rcc_sim.trace import Trace
+from tests import scaled_drive
 
 OFFSET = -0.4  # m/s²; less than the noise, so that it would pass as one
 
@@ -67,6 +71,27 @@ def test_how_far_a_sensor_may_be_off():
     assert known == {c: pytest.approx(0.06, rel=0.05) for c in known}
     stated = car.changed(settings={"sensors.accel_x_mps2.bias_sd": 0.5})
     assert offset_sd(log, stated, "accel_x_mps2") == 0.5
+
+
+def test_meters_of_a_stated_noise_are_off_by_it_however_rough_the_road():
+    """The current scatters ten times as much as its meter does, and power with it."""
+    rng, t = np.random.default_rng(4), np.arange(0.0, 100.0, 0.02)
+    columns = {
+        "time_s": t,
+        "speed_mps": 3.0 + 0.05 * rng.normal(size=len(t)),
+        "battery_voltage_v": 12.0 + 0.02 * rng.normal(size=len(t)),
+        "battery_current_a": 2.0 + 0.5 * rng.normal(size=len(t)),
+    }
+    noise = {"battery_voltage_v": 0.02, "battery_current_a": 0.05}
+    settings = {f"sensors.{c}.noise_sd": sd for c, sd in noise.items()}
+    key, car = bias_key(0, "battery_power_w"), load_vehicle("rcc")
+    stated, guessed = (
+        {k.key: k.sd for k in bias_knobs(problem_of(Trace(columns), one))}[key]
+        for one in (car.changed(settings=settings), car)
+    )
+    by_current, by_voltage = 0.2 * 0.05 * 12.0, 0.2 * 0.02 * 2.0
+    assert stated == pytest.approx(np.hypot(by_current, by_voltage), rel=0.01)
+    assert guessed > 5 * stated
 
 
 def test_a_meter_shows_its_noise_where_the_car_stands():
@@ -162,3 +187,19 @@ def test_offsets_are_no_noise_that_remembers(tmp_path):
     }
     assert {k: x.value for k, x in found.items()} == pytest.approx(true, rel=0.05)
     assert all(x.low < true[k] < x.high for k, x in found.items())
+
+
+def test_a_meter_that_is_off_by_more_than_is_likely_is_told(tmp_path):
+    """Five of its stated sds, with no load among the candidates."""
+    car = load_vehicle("rcc").changed(
+        settings={"sensors.battery_current_a.bias_sd": 0.02}
+    )
+    run = scaled_drive.drive(car, LaneChanges(10.0))
+    read = {"battery_current_a": run["battery_current_a"] - 0.1}
+    shown = scaled_drive.logged({**run.columns, **read}, car, 3, tmp_path)
+    found = diagnose([shown], car, candidates=("payload",))
+    (told,) = [f for f in found.gap.findings if f.kind == "misread"]
+    assert told.channel == "battery_power_w"
+    volts = float(np.mean(shown.log["battery_voltage_v"]))
+    size = float(re.search(r"reads ([0-9.]+) W too little throughout", told.what)[1])
+    assert 0.7 < size / (0.1 * volts) < 1.05  # stated figures take the rest

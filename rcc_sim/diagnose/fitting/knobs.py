@@ -201,14 +201,18 @@ def bias_knobs(problem: Problem, log: int = 0) -> list[Knob]:
 def power_bias(problem: Problem) -> float | None:
     """Return the offset of a power that is voltage times current, where they tell. [W]
 
-    None where the file states its own offset, or that of neither of them.
+    None where the file tells the power's own, or of neither meter an offset or a noise.
     """
     parts = ("battery_voltage_v", "battery_current_a")
     log, vehicle = problem.log, problem.vehicle
-    stated = [vehicle.bias_sd(c) for c in parts if c in log]
-    if vehicle.bias_sd("battery_power_w") is not None or len(stated) < len(parts):
+
+    def is_told(column: str) -> bool:
+        told = vehicle.bias_sd(column), vehicle.noise_sd(column)
+        return any(sd is not None for sd in told)
+
+    if is_told("battery_power_w") or not any(map(is_told, parts)):
         return None
-    if not any(sd is not None for sd in stated):
+    if not all(c in log for c in parts):
         return None
     of_voltage, of_current = (offset_sd(log, vehicle, c) for c in parts)
     voltage, current = (float(np.nanmean(np.abs(log[c]))) for c in parts)

@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 from math import inf
 from typing import TYPE_CHECKING
 
-from rcc_sim.analyse.logcheck.finding import Finding
+from rcc_sim.analyse.logcheck.finding import MEASURED, Finding
 from rcc_sim.diagnose.causes.cause import Cause
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
-from rcc_sim.diagnose.fitting.knobs import BIAS, delay_knobs, scale_key
+from rcc_sim.diagnose.fitting.knobs import BIAS, bias_key, delay_knobs, scale_key
 from rcc_sim.diagnose.judge import restless
 from rcc_sim.diagnose.judge.direct import FELT, disagreeing
 from rcc_sim.diagnose.judge.restless import Mask
@@ -24,6 +24,7 @@ from rcc_sim.diagnose.residuals.shapes import ALTIMETER, SCALE
 from rcc_sim.diagnose.residuals.terminals import RESISTANCE, VOLTAGE
 from rcc_sim.physics.tables import BEFORE
 from rcc_sim.simulate.drive import COMMANDS, is_on_stand, is_surveyed
+from rcc_sim.units import unit_of
 
 if TYPE_CHECKING:
     from rcc_sim.diagnose.judge.asserted import Asserted
@@ -32,7 +33,7 @@ NOTHING = 0.25
 """Share of what an altimeter shows below which next to nothing was felt of it."""
 
 GAINED = 3.0
-"""Standard deviations of a sensor's gain from which on it is told."""
+"""Standard deviations of a sensor's gain, or offset, from which on it is told."""
 
 TURNS = ("yaw_rate_radps", "steer_cmd_rad")
 """Columns by which the model turns where the vehicle did."""
@@ -113,7 +114,7 @@ def findings_of(
 
 def misread(fit: Fit, log: int = 0) -> tuple[Finding, ...]:
     """Return what to say of the sensors of a log that the rest of it contradicts."""
-    return climbs(fit, log) + gains(fit, log)
+    return climbs(fit, log) + gains(fit, log) + offsets(fit, log)
 
 
 def of_heights(
@@ -282,6 +283,33 @@ def gains(fit: Fit, log: int = 0) -> tuple[Finding, ...]:
                 factor=round(1 / times, 4),
             )
         )
+    return tuple(found)
+
+
+def offsets(fit: Fit, log: int = 0) -> tuple[Finding, ...]:
+    """Return the sensors that a fit takes to be off throughout by more than is likely.
+
+    What else is the same all the time, as a load that the file does not have, looks so.
+    """
+    mine, found = bias_key(log, ""), []
+    for knob in fit.knobs:
+        column = knob.key.removeprefix(mine)
+        if column not in MEASURED or not knob.key.startswith(mine) or knob.sd == inf:
+            continue
+        off = fit.values[knob.key] - knob.value
+        if abs(off) >= GAINED * knob.sd:
+            found.append(
+                Finding(
+                    "misread",
+                    column,
+                    f"reads {abs(off):.3g} {unit_of(column)} too "
+                    f"{'much' if off > 0 else 'little'} throughout "
+                    f"({off / knob.sd:+.1f} sd of its offset)",
+                    action="the fit takes it so, in place of what acts throughout; "
+                    "[sensors] bias_sd states how far it may be off",
+                    severity="warning",
+                )
+            )
     return tuple(found)
 
 

@@ -61,11 +61,18 @@ def as_sent(
 
     ``null`` is what tolerances alone leave as the logs are, where that is known.
     """
+    return averaged(*as_commanded(engine, null, explained), explained)
+
+
+def as_commanded(
+    engine: Engine, null: Fit | None, explained: Explained
+) -> tuple[Engine, Explanation]:
+    """Return logs and explanation, commands running between rows as is likelier."""
     now = [p.drive.held for p in engine.problems]
     other = [d for d in every_way(engine.problems) if [x.held for x in d] != now]
     ways = each(partial(with_drives, engine), other)
     if not ways:
-        return averaged(engine, null, explained)
+        return engine, explained(engine, null, None)
     likely = each(likelihood, ways)
     best = ways[int(np.argmax(likely))]
     by = max(likely) - likelihood(engine)
@@ -218,7 +225,7 @@ def likeliest_of(
 
 
 def averaged(
-    engine: Engine, null: Fit | None, explained: Explained
+    engine: Engine, found: Explanation, explained: Explained
 ) -> tuple[Engine, Explanation]:
     """Return logs and explanation, flows being samples or means as the steering says.
 
@@ -229,7 +236,6 @@ def averaged(
     way, all is explained so, too, a cause being worth what one must gain.
     """
     asked = [is_asked(p) for p in engine.problems]
-    found = explained(engine, null, None)
     if not any(asked):
         return engine, found
     other = other_way(engine, asked)

@@ -21,14 +21,13 @@ def every_way(problems: Sequence[Problem]) -> list[list[Drive]]:
     """Return the drives of logs, commands and averages in every way.
 
     One logger wrote them: what is asked is asked of all that are driven by commands, of
-    the steering also where the motion that was measured drives a car that is steered by
-    commands. A loop that steps the car, and then logs what it did, shows in a row what
-    has acted until then. A car that takes its reference by a clock of its own
-    (``reference_sampling``) may have been logged after it: a row then shows what has
-    acted since that clock struck.
+    the steering also where the motion that was measured drives the car. A loop that
+    steps the car, and then logs what it did, shows in a row what has acted until then.
+    A car that takes its reference by a clock of its own (``reference_sampling``) may
+    have been logged after it: a row then shows what has acted since that clock struck.
     """
     commanded = any(not p.drive.imposed for p in problems)
-    if not commanded and not any(map(is_steered_by_commands, problems)):
+    if not commanded and not any(p.drive.steered for p in problems):
         return []
     references = (LINE, SINCE, BEFORE)[: 2 + are_clocked(problems)]
     references = references if commanded else (LINE,)
@@ -39,7 +38,7 @@ def every_way(problems: Sequence[Problem]) -> list[list[Drive]]:
     def one(p: Problem, way: tuple[int, int], over: tuple[float, float]) -> Drive:
         if not p.drive.imposed:
             return replace(p.drive, held=way, window=over[0], felt=over[1])
-        if is_steered_by_commands(p):
+        if p.drive.steered:
             return replace(p.drive, held=(p.drive.held[0], way[1]))
         return p.drive
 
@@ -78,15 +77,6 @@ def can_be_means(problem: Problem) -> bool:
     """
     flows = any(c in FLOWS for c in problem.channels) and not problem.drive.imposed
     return flows and may_be_means(problem.row, imposed=False)
-
-
-def is_steered_by_commands(problem: Problem) -> bool:
-    """Tell whether the steering that a log has was sent to the car, not turned by hand.
-
-    Where it is asked as well if flows are means, the steering's half row tells that.
-    """
-    sent = problem.drive.steered and problem.vehicle.mode != "torque"
-    return sent and not is_asked(problem)
 
 
 def is_asked(problem: Problem) -> bool:
