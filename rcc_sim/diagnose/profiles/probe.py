@@ -51,8 +51,9 @@ Array = NDArray[np.float64]
 DRIFTS = ("effects.auxiliary_load.power_w",)
 """What a slow drift of the battery's gauge looks the same as, and gives way to."""
 
-ROUNDS = 4
-"""Rounds in which a profile and the noise find their shares."""
+ROUNDS, SETTLED = 4, 0.1
+"""Rounds in which a profile and the noise find their shares, at most; and nats from
+which on one that changes no more is the last: they decide nothing."""
 
 RIDGE = 1e-6
 """Share of what a window tells that is added to each, where one tells nothing. [1]"""
@@ -369,14 +370,12 @@ class Probe:
         fit = self.fit
         sd, off = fit.prior_sd, fit.off
         R, s = self._beside
-        before = self._left(tracks)
-        by = [fit.noise[i] for i in tracks]
-        all_in = sum(log_likelihood(w, e) for w, e in zip(by, before, strict=True))
+        all_in = sum(log_likelihood(fit.noise[i], fit.residuals[i]) for i in tracks)
         best = replace(found, evidence=0.0, value=0 * found.value)
-        now = found
+        now, last = found, inf
         for _ in range(ROUNDS):
             left = [
-                self.fit.residuals[i]
+                fit.residuals[i]
                 + self.signal[i] * (H @ now.value)
                 + self._signals(i) @ now.knobs
                 for i in tracks
@@ -389,6 +388,9 @@ class Probe:
             now = replace(now, evidence=likely - all_in - pull - now.cost)
             if now.evidence > best.evidence:
                 best = now
+            if abs(now.evidence - last) < SETTLED:
+                break
+            last = now.evidence
         return best
 
 
