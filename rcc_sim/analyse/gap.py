@@ -44,7 +44,7 @@ from rcc_sim.analyse.sampled import drive_as_sampled
 from rcc_sim.channel import rows_in
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
-from rcc_sim.simulate.drive import Drive, has_commands, is_imposed
+from rcc_sim.simulate.drive import Drive, has_commands
 from rcc_sim.trace import Trace
 
 Array = NDArray[np.float64]
@@ -208,7 +208,7 @@ def gap(
 def _refuse_unusable(logged: Logged, vehicle: Vehicle) -> None:
     """Say why the speed is missing that would have to drive the model."""
     log = logged.log
-    if not is_imposed(log, vehicle) or log.has("speed_mps"):
+    if has_commands(log, vehicle) or log.has("speed_mps"):
         return
     found = reversed(logged.findings)  # of several of a channel the first counts
     wrong = {f.channel: f for f in found if f.severity == "error"}
@@ -345,10 +345,8 @@ def _notes(
     notes, turns = [], log.columns.get("yaw_rate_radps", np.zeros(1))
     if not has_commands(log, vehicle):
         notes.append("no commands that the controller obeys: the motion is imposed")
-    elif drive.imposed:
-        notes.append("it turned, and no steering is told: the motion is imposed")
-    elif not drive.steered and np.nanmax(np.abs(turns), initial=0.0) > 0.0:
-        notes.append("no steering is told: the model drives straight on")
+    if not drive.steered and np.nanmax(np.abs(turns), initial=0.0) > 0.0:
+        notes.append("no steering is told: the model turns as yaw_rate_radps shows")
     notes += not_logged(log, energy)
     guessed = [g.channel for g in gaps if g.noise_from == "guess"]
     if guessed:

@@ -11,7 +11,7 @@ from rcc_sim.analyse.gap_energy import logged_power
 from rcc_sim.analyse.gap_stages import untorqued
 from rcc_sim.channel import interval_of, noise_of
 from rcc_sim.definitions.vehicle import Vehicle
-from rcc_sim.simulate.drive import ROUNDING, Drive, drive_of, is_imposed
+from rcc_sim.simulate.drive import ROUNDING, Drive, drive_of, has_commands
 from rcc_sim.simulate.replay import replay
 from rcc_sim.simulate.smooth import without_noise
 from rcc_sim.simulate.spans import (
@@ -59,7 +59,7 @@ def drive_as_sampled(
     if "battery_energy_j" in log:  # our own trace
         return drive_of(log, vehicle, inf)
     row = interval_of(log["time_s"])
-    asked = may_be_means(row, imposed=is_imposed(log, vehicle))
+    asked = may_be_means(row, imposed=not has_commands(log, vehicle))
     means = asked and holds_means(log, vehicle)
     return drive_of(log, vehicle, inf if means else SAMPLE)
 

@@ -8,7 +8,11 @@ from rcc_sim.physics.effects.tyre_relaxation import (
     mean_taken_up,
     taken_up,
 )
-from rcc_sim.physics.effects.tyre_saturation import tyre_force, tyre_stiffness
+from rcc_sim.physics.effects.tyre_saturation import (
+    slip_angle,
+    tyre_force,
+    tyre_stiffness,
+)
 
 STRAIGHT = 1e-30  # m/s and rad/s; what of a turn below which it is over
 
@@ -135,6 +139,38 @@ def relax(c, s, u, f, v, share):
     alpha_R = axle_slip(u_R, per_rolled(v, c.v_slip))
     s.alpha_F = felt_slip(s.alpha_F, alpha_F, share)
     s.alpha_R = felt_slip(s.alpha_R, alpha_R, share)
+
+
+@jit
+def carry_round(c, s, u, f, v, dt):
+    """Axle forces [N] and mid-step v_y of a vehicle whose yaw rate alone is known.
+
+    m dv_y/dt = F_F + F_R as in :func:`corner`, with l_F F_F = l_R F_R: what turns the
+    body itself is left out, for it comes back. The front wheels stand at the angle at
+    which their axle has its force; no bend is tighter than the wheelbase.
+    """
+    f.r = 0.5 * (s.r + no_tighter(c, u.yaw_rate, v))
+    u_R = s.v_y - c.l_R * f.r
+    per_R = per_rolled(v, c.v_slip)
+    alpha_R = axle_slip(u_R, per_R)
+    both = c.l / c.l_F  # F_F + F_R over F_R
+    K = both * 2.0 * tyre_stiffness(alpha_R, c.C_R, c.D_R)
+    K *= slip_slope(u_R, v, per_R, 1.0, 0.0)
+    F = -both * 2.0 * tyre_force(alpha_R, c.C_R, c.D_R)
+    dv_y = F / (2.0 * c.m / dt + K)
+    f.v_y = s.v_y + dv_y
+    f.F_R = (F - K * dv_y) / both
+    f.F_F = f.F_R * c.l_R / c.l_F
+    across = axle_slip(f.v_y + c.l_F * f.r, per_R)
+    u.delta = across + slip_angle(0.5 * f.F_F, c.C_F, c.D_F)
+    u.sin_delta = math.sin(u.delta)
+    u.cos_delta = math.cos(u.delta)
+
+
+@jit
+def no_tighter(c, r, v):
+    """Yaw rate [rad/s] of a bend no tighter than the wheelbase at v [m/s]."""
+    return min(max(r, -v / c.l), v / c.l)
 
 
 @jit

@@ -8,8 +8,9 @@ from rcc_sim.physics.record import Schema, floats
 SPEED, TORQUE, THROTTLE = 0.0, 1.0, 2.0
 """Modes of the controller."""
 
-STRAIGHT, LOGGED, FOLLOW = 0.0, 1.0, 2.0
-"""Where the steering angle comes from: nowhere, a log, the path follower."""
+STRAIGHT, LOGGED, FOLLOW, TURNED = 0.0, 1.0, 2.0, 3.0
+"""Where the steering angle comes from: nowhere, a log, the path follower, the yaw rate
+of a log."""
 
 PARAMS: Schema = {
     "body": floats("m", "I_z", "l_F", "l_R"),
@@ -43,7 +44,7 @@ STATE: Schema = floats(
 
 INPUTS: Schema = floats(
     "v_sent", "v_ref", "a_ref", "throttle", "tau", "brake", "steer", "delta",
-    "sin_delta", "cos_delta", "slope", "aux", "wind",
+    "sin_delta", "cos_delta", "yaw_rate", "slope", "aux", "wind",
     "cell", "from_t", "per_s", "least", "steer_0", "steer_1", "steer_2", "steer_3",
 )  # fmt: skip
 """What acts on the vehicle during one step; last, how a log's steering runs there."""

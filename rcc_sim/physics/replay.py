@@ -182,6 +182,7 @@ def run_replayed(
                 asked = time, commands.throttle, held[0]
                 tau = obey_throttle(p, c, s, u, force, asked, late_motor, tick)
             actuate(p, c, s, u, tau, angle)
+            u.yaw_rate = between(s.t + T, time, measured.yaw_rate, before)
             step(p, c, s, u, f, E, flow, T)
             if len(eta[0]) > 1:
                 eff = mapped_efficiency(p, c, u, f, flow, eta, T)

@@ -5,7 +5,9 @@ import math
 from rcc_sim.jit import jit
 from rcc_sim.physics.bicycle import (
     axle_slip,
+    carry_round,
     corner,
+    no_tighter,
     per_rolled,
     steady_axle_forces,
     turn_velocity,
@@ -32,6 +34,7 @@ from rcc_sim.physics.effects.steering_lag import caught_up
 from rcc_sim.physics.effects.wheel_radius import true_radius
 from rcc_sim.physics.effects.yaw_inertia import true_yaw_inertia
 from rcc_sim.physics.extra import EXTRA, act
+from rcc_sim.physics.params import TURNED
 from rcc_sim.physics.powertrain import least_torque, motor_brakes, torque_envelope
 from rcc_sim.physics.slip import count_slip, slide, turn_wheels
 from rcc_sim.units import G
@@ -149,7 +152,10 @@ def step(p, c, s, u, f, E, flow, dt):
     resist(p, c, u, f, v, w)
     if EXTRA:
         act(p, c, s, u, f, v, w, s.a_x)
-    corner(c, s, u, f, v, dt)
+    if p.lanes.steer == TURNED:
+        carry_round(c, s, u, f, v, dt)
+    else:
+        corner(c, s, u, f, v, dt)
     T, R = accelerate(p, c, u, f)
     if c.slips > 0.0:
         slide(p, c, s, f, E, v, T, R, dt)
@@ -212,7 +218,7 @@ def step_imposed(p, c, s, u, f, E, flow, v_1, r_1, dt):
     wheels are turned by as much as the bend asks of wheels that do not slip. No bend is
     tighter than the wheelbase: what a gyro reads beyond is its noise at a standstill.
     """
-    r_1 = min(max(r_1, -v_1 / c.l), v_1 / c.l)
+    r_1 = no_tighter(c, r_1, v_1)
     f.v = 0.5 * (s.v_x + v_1)
     f.a = (v_1 - s.v_x) / dt
     f.moving = dt

@@ -19,7 +19,6 @@ from rcc_sim.simulate.holes import in_holes
 from rcc_sim.simulate.road import surveyed_slope
 from rcc_sim.simulate.smooth import smoothed
 from rcc_sim.trace import Trace, integral_of
-from rcc_sim.units import G
 
 Array = NDArray[np.float64]
 
@@ -37,10 +36,6 @@ SAMPLED = 0.5
 """Share of the time between two rows below which flows are samples, not means. At such
 a row a drive that is straight between the rows has no acceleration: that of the time
 before would meet the speed of its end, 7 % too much energy at 1 Hz in a town."""
-
-TURNS_BY = 0.1
-"""Lateral acceleration, as a root mean square in g, beyond which bends drag: tyres that
-slip by a hundredth take a thousandth of the weight, a tenth of what rolling does."""
 
 LOST, FORGOTTEN = 0.25, 2.0
 """Longest time for which commands are bridged; and that after which a car's motion says
@@ -169,7 +164,7 @@ def drive_of(log: Trace, vehicle: Vehicle, window: float = 0.01) -> Drive:
     """
     start = math.floor(log["time_s"][0]) if abs(log["time_s"][0]) > LATE else 0.0
     time = log["time_s"] - start
-    imposed = is_imposed(log, vehicle)
+    imposed = not has_commands(log, vehicle)
     nan, accel = np.full(len(time), np.nan), np.zeros(len(time))
     speed = np.ascontiguousarray(log["speed_mps"]) if log.has("speed_mps") else nan
     unseen, smear = None, 0.0
@@ -284,30 +279,10 @@ def _throughout(
     return float(values[0])
 
 
-def is_imposed(log: Trace, vehicle: Vehicle) -> bool:
-    """Tell whether a log's measured motion drives it: it lacks the commands.
-
-    Or how it was steered, and its yaw rate shows that it was: obeying the others alone
-    it would drive straight on, without the drag of its bends.
-    """
-    return not has_commands(log, vehicle) or turns_unsteered(log)
-
-
 def has_commands(log: Trace, vehicle: Vehicle) -> bool:
     """Tell whether a log has the commands that this vehicle's controller obeys."""
     command = COMMANDS.get(vehicle.mode)
     return command is not None and log.has(command)
-
-
-def turns_unsteered(log: Trace) -> bool:
-    """Tell whether speed and yaw rate show bends that no steering tells."""
-    if log.has("steer_cmd_rad"):
-        return False
-    if not (log.has("speed_mps") and log.has("yaw_rate_radps")):
-        return False
-    sideways = (log["speed_mps"] * log["yaw_rate_radps"]) ** 2
-    seen = np.isfinite(sideways)
-    return bool(seen.any()) and float(np.mean(sideways[seen])) ** 0.5 > TURNS_BY * G
 
 
 def _refuse(log: Trace, vehicle: Vehicle) -> None:

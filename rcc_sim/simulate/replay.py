@@ -126,6 +126,8 @@ def replay(
     values = kernel_params(vehicle, commanded=not drive.imposed)
     if drive.steered:
         values["lanes"]["steer"] = schema.LOGGED
+    elif not drive.on_stand:
+        values["lanes"]["steer"] = schema.TURNED
     if drive.back:
         values["road_grade"]["slope"] *= -1.0
         values["headwind"]["speed_mps"] *= -1.0

@@ -113,14 +113,14 @@ def test_stages_of_a_log_without_its_speed_here_and_there_are_numbers(drive, tmp
     assert sum(stages) == pytest.approx(found["energy"]["gap_wh"])
 
 
-def test_a_log_without_its_steering_is_driven_straight_and_told(drive, tmp_path):
+def test_a_log_without_its_steering_turns_as_its_gyro_shows(drive, tmp_path):
     lines = [line.split(",") for line in drive.read_text().splitlines()]
     at, yaw = map(lines[0].index, ("steer_cmd_rad", "yaw_rate_radps"))
     for cells in lines[500:520]:  # a sway, and no turn
         cells[yaw] = "0.01"
     log = tmp_path / "straight.csv"
     log.write_text("".join(",".join(c[:at] + c[at + 1 :]) + "\n" for c in lines))
-    told = "no steering is told: the model drives straight on"
+    told = "no steering is told: the model turns as yaw_rate_radps shows"
     assert told in rccsim("gap", log, "--vehicle", "rcc").stderr
     assert told not in rccsim("gap", drive, "--vehicle", "rcc").stderr
 

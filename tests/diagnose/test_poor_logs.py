@@ -11,7 +11,7 @@ from rcc_sim.diagnose.fitting.knobs import tolerance_knobs
 from rcc_sim.diagnose.residuals.problem import Problem
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.errors import InputError
-from rcc_sim.simulate.drive import drive_of, is_imposed
+from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import replay
 from rcc_sim.trace import Trace
 from tests.cars import car
@@ -96,20 +96,50 @@ def test_a_run_that_went_astray_is_the_least_likely(columns):
     assert engine.loglik(astray, noise) < engine.loglik(sound, noise)
 
 
-def test_what_turned_unsteered_is_driven_as_it_was(columns):
-    """Obeying its speed alone it would drive straight, and something drag in bends."""
+def test_what_turned_unsteered_turns_as_its_gyro_shows(columns):
+    """Driven straight on, something would seem to drag in bends: two thirds of it."""
     log = Trace(columns[0] | {"speed_mps": columns[1]}, name="drive")
     blind = Trace({c: x for c, x in log.columns.items() if c != "steer_cmd_rad"})
-    assert not is_imposed(log, car()) and is_imposed(blind, car())
-    rng = np.random.default_rng(6)
-    straight = NOISE["yaw_rate_radps"] * rng.normal(size=len(blind))
-    ahead = Trace(blind.columns | {"yaw_rate_radps": straight})
-    assert not is_imposed(ahead, car())
-    found = diagnose([Logged(blind, (), None)], car())
-    assert found.asserted == ()
+    straight = Trace({**blind.columns, "yaw_rate_radps": np.zeros(len(blind))})
+    work, true = [], car({"steering_lag": {"time_constant_s": LAG}})
+    for one, vehicle in ((log, true), (blind, car()), (straight, car())):
+        drive = drive_of(one, vehicle)
+        assert not drive.imposed
+        run = replay(vehicle, drive)
+        power = run["motor_torque_nm"] * run["motor_speed_radps"]
+        work.append(np.trapezoid(power, log["time_s"]))
+    assert work[1] == pytest.approx(work[0], rel=0.04)
+    assert work[2] < 0.4 * work[0]
+    assert diagnose([Logged(blind, (), None)], car()).asserted == ()
 
 
-def test_why_the_motion_is_imposed_is_told(columns):
+def test_a_circle_that_a_gyro_shows_takes_what_its_tyres_lose():
+    """F² v / (2 C) of either axle, F its share of m v r; no steering is told."""
+    t = np.arange(0, 20, 0.02)
+    v, r, vehicle = 3.0, 0.5, car()
+    asked = {"time_s": t, "speed_ref_mps": np.full(len(t), v)}
+    rows = {**asked, "speed_mps": np.full(len(t), v)}
+    power = []
+    for turns in (r, 0.0):
+        log = Trace({**rows, "yaw_rate_radps": np.full(len(t), turns)})
+        run = replay(vehicle, drive_of(log, vehicle))
+        shaft = (run["motor_torque_nm"] * run["motor_speed_radps"])[-100:]
+        power.append(shaft.mean())
+        assert run["yaw_rate_radps"][-1] == pytest.approx(turns, rel=1e-6)
+    l_F, l_R, C_F, C_R = (
+        vehicle.figures()[key].value
+        for key in (
+            *("body.cg_to_front_axle_m", "body.cg_to_rear_axle_m"),
+            "tyres.front_cornering_stiffness_n_per_rad",
+            "tyres.rear_cornering_stiffness_n_per_rad",
+        )
+    )
+    F = vehicle.body.mass_kg.value * v * r / (l_F + l_R)
+    lost = ((F * l_R) ** 2 / C_F + (F * l_F) ** 2 / C_R) * v / 2
+    assert power[0] - power[1] == pytest.approx(lost, rel=0.02)
+
+
+def test_by_what_a_log_is_driven_is_told(columns):
     whole = columns[0] | {"speed_mps": columns[1]}
     unsteered = {c: x for c, x in whole.items() if c != "steer_cmd_rad"}
     unasked = {c: x for c, x in unsteered.items() if c != "speed_ref_mps"}
@@ -117,9 +147,8 @@ def test_why_the_motion_is_imposed_is_told(columns):
         gap(Logged(Trace(x, name="drive"), (), None), car()).notes
         for x in (whole, unsteered, unasked)
     ]
-    told = [[n.partition(":")[0] for n in of if "is imposed" in n] for of in notes]
-    assert told == [
-        [],
-        ["it turned, and no steering is told"],
-        ["no commands that the controller obeys"],
-    ]
+    driven = ("no steering is told", "no commands that the controller obeys")
+    told = [[n for n in of if n.startswith(driven)] for of in notes]
+    turns = "no steering is told: the model turns as yaw_rate_radps shows"
+    imposed = "no commands that the controller obeys: the motion is imposed"
+    assert told == [[], [turns], [imposed, turns]]

@@ -204,7 +204,7 @@ def without_bends(problem: Problem, causes: Sequence[Cause]) -> tuple[Finding, .
     it: those named may be off by that, or stand for it.
     """
     log = problem.log
-    if not problem.drive.imposed or is_on_stand(log) or any(c in log for c in TURNS):
+    if is_on_stand(log) or any(c in log for c in TURNS):
         return ()
     named = {e for c in causes for e in (c.effect, *c.tied)}
     if not named & DRAGS:
