@@ -24,9 +24,12 @@ SUMMARY = "CSV in rccsim's own columns (time_s and at least one channel)"
 UNITLESS = ("throttle", "slope", "steering", "duty_cycle", "direction", "on_stand")
 """Own columns that carry no unit."""
 
-NO_UNIT = "its name has no unit, so it is none of rccsim's columns"
+NOT_OURS = "its name ends in no unit, as those of rccsim's columns do"
 NONE_OURS = "beside the time it holds none of rccsim's columns"
-MAPPED = "compared with nothing; --map says what a column is"
+MAPPED = (
+    "compared with nothing; a --map says what a column is: `rccsim convert LOG "
+    "--suggest-map` drafts one"
+)
 
 WRITTEN = {
     "kmh": "km/h",
@@ -78,7 +81,7 @@ def read(source: Source, columns: ColumnMap | None = None) -> Log:
         if ours in table.names or ours in found:
             ours, factor = name, 1.0
         if not is_named_so(ours):
-            report.flaws.append(Flaw("unknown", name, NO_UNIT, MAPPED))
+            report.flaws.append(Flaw("unknown", name, NOT_OURS, MAPPED))
         report.mapped.append(Mapped(ours, name, factor))
         found[ours] = factor * np.asarray(read[name], dtype=float)
     if not any(is_named_so(name) for name in found.keys() - {"time_s", "time_ms"}):

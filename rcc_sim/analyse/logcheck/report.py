@@ -72,7 +72,7 @@ def shown(checks: Sequence[Checked]) -> list[dict[str, Any]]:
             word = "note" if f.severity == "info" else f.severity
             table.setdefault((log, word, text), []).append(f.channel)
     return [
-        {"log": log, "severity": word, "channel": "\n".join(names), "finding": text}
+        {"log": log, "severity": word, "channel": ",\n".join(names), "finding": text}
         for (log, word, text), names in table.items()
     ]
 
