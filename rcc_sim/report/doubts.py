@@ -138,7 +138,8 @@ def moved_figures(found: Diagnosis) -> Iterator[tuple[str, str]]:
             f"({rounded(x, 1)} sd)"
             for key, x in list(found.moved.items())[:SHOWN]
         )
-        doubt = doubt_of(found.moved, found.moved_together)
+        left = found.status == "unexplained" and not found.taken_up
+        doubt = doubt_of(found.moved, found.moved_together, left=left)
         yield "MOVED", "; ".join(filter(None, (", ".join(told), doubt)))
     kept = found.kept_out
     if kept is not None and doubt:

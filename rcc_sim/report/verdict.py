@@ -84,7 +84,8 @@ def verdict_of(diagnosis: Mapping[str, Any]) -> str:
         go = "does" if len(odd) == 1 else "do"
         parts.append(f"{listed(odd)} {go} not go with the other logs")
     together = diagnosis.get("moved_together") or 0.0
-    doubt = doubt_of(diagnosis.get("moved") or {}, together, named=True)
+    left = status == "unexplained" and not diagnosis.get("taken_up")
+    doubt = doubt_of(diagnosis.get("moved") or {}, together, named=True, left=left)
     parts.append(doubt)
     if OTHER not in doubt:
         found = diagnosis.get("causes") or []
@@ -153,14 +154,21 @@ def _gap(energy: Mapping[str, Any], *, plain: bool = False) -> str:
 
 
 def doubt_of(
-    moved: Mapping[str, float], together: float = 0.0, *, named: bool = False
+    moved: Mapping[str, float],
+    together: float = 0.0,
+    *,
+    named: bool = False,
+    left: bool = False,
 ) -> str:
     """Return what it means that stated figures moved by so many sds, if it is much.
 
-    ``together`` is how far off one would be that is as unlikely as all of them.
+    ``together`` is how far off one would be that is as unlikely as all of them. Where a
+    gap is ``left`` that nothing explains they may stand in for that.
 
     >>> doubt_of({"body.mass_kg": -4.1}, named=True)
     'body.mass_kg is 4.1 sds off what is stated: measure it again, or state a larger sd'
+    >>> doubt_of({"body.mass_kg": -4.1}, left=True)
+    'may stand in for what nothing explains: measure it again'
     >>> doubt_of({"body.mass_kg": -29.0})
     'was it this vehicle that drove?'
     >>> doubt_of({"body.mass_kg": -9.5, "tyres.radius_m": 8.0}, 12.1)
@@ -178,7 +186,8 @@ def doubt_of(
     if not alone:
         what = "the stated figures moved " if named else ""
         what += f"together as unlikely as one figure {figures(far, 2)} sds off: "
-    again = "measure it again, or state a larger sd"
+    again = "may stand in for what nothing explains: " * left + "measure it again"
+    again += ", or state a larger sd" * (not left)
     return what + (OTHER if far > ANOTHER_VEHICLE else again)
 
 

@@ -35,9 +35,11 @@ def fitted(knobs, values):
     return Fit(values, tuple(knobs), 0, 0, [], [], after)
 
 
-def diagnosed(fit, kept_out=None):
+def diagnosed(fit, kept_out=None, status="no_gap"):
     """What of a diagnosis says how far it moved what is stated."""
     return SimpleNamespace(
+        status=status,
+        taken_up=False,
         kept_out=kept_out,
         vehicle=SimpleNamespace(figures=lambda: FIGURES),
         moved=moved(fit, FIGURES),
@@ -65,6 +67,24 @@ def test_what_figures_far_off_may_stand_in_for_is_named(mass, says):
     why = "may act in place of these shifts: it gains 67 nats, where 75 are asked"
     told = [("DOUBT", f"payload (mass_kg 0.2) {why} beside so strong a cause")]
     assert more == (told if says else [])
+
+
+@pytest.mark.parametrize(
+    ("status", "advice"),
+    [
+        ("no_gap", "measure it again, or state a larger sd"),
+        ("unexplained", "may stand in for what nothing explains: measure it again"),
+    ],
+)
+def test_a_figure_that_moved_beside_what_is_left_is_not_to_be_taken(status, advice):
+    """A larger sd would let it move, and a gap go, for something else."""
+    knobs = [Knob(k, v, 0.01 * v) for k, v in STATED.items()]
+    fit = fitted(knobs, STATED | {"body.mass_kg": 3.12})
+    ((word, says),) = moved_figures(diagnosed(fit, status=status))
+    assert word == "MOVED" and says.endswith(f"; {advice}")
+    if status == "unexplained":
+        shown = {"status": status, "moved": moved(fit, FIGURES)}
+        assert verdict_of(shown).endswith(f"off what is stated: {advice}.")
 
 
 def test_where_none_moved_nothing_is_said():
