@@ -244,7 +244,7 @@ def as_true(
     measured = Measured(
         earlier(drive, speed, of_speed),
         earlier(drive, current, of_motor),
-        earlier(drive, yaw_rate, of_yaw),
+        earlier(drive, yaw_rate, of_yaw, drives=True),
         earlier(drive, torque, of_motor),
         earlier(drive, accel, of_speed),
     )
@@ -280,17 +280,20 @@ def road_driven(vehicle: Vehicle, drive: Drive) -> tuple[Array, Array]:
     return distance * share, slope / share if drive.climbed else slope
 
 
-def earlier(drive: Drive, values: Array, delay: float) -> Array:
+def earlier(
+    drive: Drive, values: Array, delay: float, *, drives: bool = False
+) -> Array:
     """Return readings that came late, or early, [s] at the rows that they belong to.
 
     Between two rows it is the first of them, so that nothing is drawn to a reading
-    that it has yet to predict; what drives an imposed run is interpolated.
+    that it has yet to predict; what ``drives`` a run, as all does that was measured of
+    an imposed one, is interpolated.
     """
     known = np.isfinite(values)
     if delay == 0.0 or not known.any():
         return values
     then = drive.time + delay
-    if drive.imposed:
+    if drive.imposed or drives:
         whole = np.interp(then, drive.time[known], values[known])
         gaps = np.interp(then, drive.time, known.astype(float)) < 1 - ROUNDING
         return np.where(gaps, np.nan, whole)

@@ -139,6 +139,14 @@ def test_a_circle_that_a_gyro_shows_takes_what_its_tyres_lose():
     assert power[0] - power[1] == pytest.approx(lost, rel=0.02)
 
 
+def test_a_gyro_that_comes_late_drives_it_to_the_last_row(columns):
+    late = car({"sensor_delay": {"yaw_rate_delay_s": 0.3}})
+    log = Trace(columns[0] | {"speed_mps": columns[1]}, name="drive")
+    blind = Trace({c: x for c, x in log.columns.items() if c != "steer_cmd_rad"})
+    run = replay(late, drive_of(blind, late))
+    assert np.isfinite(run["motor_torque_nm"]).all()
+
+
 def test_by_what_a_log_is_driven_is_told(columns):
     whole = columns[0] | {"speed_mps": columns[1]}
     unsteered = {c: x for c, x in whole.items() if c != "steer_cmd_rad"}

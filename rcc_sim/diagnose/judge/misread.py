@@ -113,8 +113,12 @@ def findings_of(
 
 
 def misread(fit: Fit, log: int = 0) -> tuple[Finding, ...]:
-    """Return what to say of the sensors of a log that the rest of it contradicts."""
-    return climbs(fit, log) + gains(fit, log) + offsets(fit, log)
+    """Return what to say of the sensors of a log that the rest of it contradicts.
+
+    Slopes that are not those of the road pass for offsets, which are told without them.
+    """
+    shown = climbs(fit, log)
+    return shown + gains(fit, log) + (() if shown else offsets(fit, log))
 
 
 def of_heights(
