@@ -1,5 +1,6 @@
 """A battery whose file states no resistance: how much it has is told by its voltage."""
 
+import re
 from types import SimpleNamespace
 
 import numpy as np
@@ -133,22 +134,46 @@ def test_a_voltage_alone_says_nothing_where_what_it_would_be_at_rest_is_not_know
         diagnose([Logged(log, (), None)], car)
 
 
-def test_a_voltage_that_is_not_judged_is_told_where_no_cause_is_found():
-    base = load_vehicle("rcc")
+def test_a_voltage_that_is_not_judged_tells_another_resistance_than_is_stated():
+    base, cause = load_vehicle("rcc"), SimpleNamespace(effect="payload", tied=())
     log = commanded(base, 0.0, 0.01)
-    doubtful = base.changed(
+
+    def stated(ohm, **settings):
+        acts = {"battery_resistance": {"resistance_ohm": {"value": ohm, "sd": 0.005}}}
+        return base.changed(effects=acts, settings=settings)
+
+    def said(car, *causes, log=log):
+        return unjudged(problem_of(log, car), causes)
+
+    assert said(stated(RESISTANCE)) == ()
+    assert said(stated(RESISTANCE / 1.4)) == ()  # as it recovers in a minute
+    for causes in ((), (cause,)):
+        (other,) = said(stated(0.025), *causes)
+        assert other.kind == "resistance"
+        told = float(re.search(r"falls by ([0-9.]+) V", other.what)[1])
+        assert told == pytest.approx(RESISTANCE, rel=0.05)
+    known = {"battery.open_circuit_voltage_v": 11.1}
+    assert said(stated(0.025, **known)) == ()  # it is judged
+    assert said(base) == ()
+
+
+def test_a_voltage_beside_a_current_that_hardly_changes_tells_nothing():
+    car = load_vehicle("rcc").changed(
         effects={"battery_resistance": {"resistance_ohm": RESISTANCE}}
     )
-    exact = {"battery.open_circuit_voltage_v": 11.1}
+    rng, t = np.random.default_rng(3), np.arange(0.0, 60.0, 0.02)
+    even = Trace(
+        {
+            "time_s": t,
+            "speed_mps": 2.0 + 0.01 * rng.normal(size=len(t)),
+            "battery_voltage_v": 11.0 + 0.01 * rng.normal(size=len(t)),
+            "battery_current_a": 3.0 + 0.2 * rng.normal(size=len(t)),
+        }
+    )
     cause = SimpleNamespace(effect="payload", tied=())
-
-    def said(car, *causes):
-        return [f.kind for f in unjudged(problem_of(log, car), causes)]
-
-    assert said(doubtful) == ["not_judged"]
-    assert not said(doubtful, cause)
-    assert not said(base)
-    assert not said(doubtful.changed(settings=exact))
+    (told,) = unjudged(problem_of(even, car), ())
+    assert told.kind == "not_judged"
+    assert unjudged(problem_of(even, car), (cause,)) == ()
 
 
 @pytest.mark.parametrize(

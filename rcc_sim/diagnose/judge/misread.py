@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from math import inf
+from math import hypot, inf
 from typing import TYPE_CHECKING
 
 from rcc_sim.analyse.logcheck.finding import MEASURED, Finding
@@ -21,7 +21,12 @@ from rcc_sim.diagnose.profiles.remainder import Remainder
 from rcc_sim.diagnose.residuals.lateness import battery_channel
 from rcc_sim.diagnose.residuals.problem import Problem
 from rcc_sim.diagnose.residuals.shapes import ALTIMETER, SCALE
-from rcc_sim.diagnose.residuals.terminals import RESISTANCE, VOLTAGE
+from rcc_sim.diagnose.residuals.terminals import (
+    CURRENT,
+    RESISTANCE,
+    VOLTAGE,
+    fall_per_ampere,
+)
 from rcc_sim.physics.tables import BEFORE
 from rcc_sim.simulate.drive import COMMANDS, is_on_stand, is_surveyed
 from rcc_sim.units import unit_of
@@ -34,6 +39,10 @@ NOTHING = 0.25
 
 GAINED = 3.0
 """Standard deviations of a sensor's gain, or offset, from which on it is told."""
+
+RECOVERS = 1.5
+"""Times the resistance of a moment that a battery shows of a minute: what its file
+states may be either."""
 
 TURNS = ("yaw_rate_radps", "steer_cmd_rad")
 """Columns by which the model turns where the vehicle did."""
@@ -250,18 +259,37 @@ def mean_slopes(
 
 
 def unjudged(problem: Problem, causes: Sequence[Cause]) -> tuple[Finding, ...]:
-    """Return what to say of a voltage that tells nothing, where no cause was found."""
-    if causes or VOLTAGE not in problem.log or VOLTAGE in problem.channels:
+    """Return what to say of a voltage that is not judged: its fall by the current.
+
+    Nothing where that is what the file states, to a factor that a battery's recovery
+    may make; where it tells nothing, that, unless a cause was found.
+    """
+    log, stated = problem.log, problem.vehicle.figures().get(RESISTANCE)
+    if VOLTAGE not in log or VOLTAGE in problem.channels or stated is None:
         return ()
-    if RESISTANCE not in problem.vehicle.figures():
-        return ()
-    return (
-        Finding(
+    seen = fall_per_ampere(log) if CURRENT in log else None
+    if seen is None:
+        silent = Finding(
             "not_judged",
             VOLTAGE,
             "tells nothing of the battery's resistance, for open_circuit_voltage_v "
             "has an sd or a range, or is not stated",
             action="state it without one, where it is known",
+        )
+        return () if causes else (silent,)
+    ohm, error = seen
+    off = abs(ohm - stated.value) / hypot(error, stated.tolerance)
+    if off < GAINED or 1 / RECOVERS < ohm / stated.value < RECOVERS:
+        return ()
+    return (
+        Finding(
+            "resistance",
+            VOLTAGE,
+            f"falls by {ohm:.3g} V for each ampere more within a second, where the "
+            f"file states {stated.value:.3g} Ω: a cold or an old battery, or another",
+            action=f"state {RESISTANCE} so; what flows at its terminals hardly asks "
+            "for it",
+            severity="warning",
         ),
     )
 

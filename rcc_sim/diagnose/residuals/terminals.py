@@ -6,7 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.analyse.offsets import noise_at_rest
-from rcc_sim.channel import moving_mean, rounded_to, rows_in, sensor_noise, spells
+from rcc_sim.channel import (
+    interval_of,
+    moving_mean,
+    rounded_to,
+    rows_in,
+    sensor_noise,
+    spells,
+)
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.trace import Trace
 
@@ -20,6 +27,14 @@ RESISTANCE = "effects.battery_resistance.resistance_ohm"
 
 STEADY = 1.0
 """Time over which a current's noise is evened out. [s]"""
+
+MOMENT = 1.0
+"""Time within which a voltage falls by the resistance, and recovers by little else. [s]
+"""
+
+PARTS, SHARP = 12, 0.2
+"""Parts of a log of which one is left out in turn; and the largest share of the noise
+in how a current changes, or of the error of what it tells, by which it tells it. [1]"""
 
 NEAR = 3
 """Rows at either end of a stand at which a rounded voltage tells how long it is."""
@@ -99,3 +114,32 @@ def metered(log: Trace, predicted: Array) -> float:
     beside = log[CURRENT] - predicted
     power = float(np.nanmean((beside - moving_mean(beside, steady_rows(log))) ** 2))
     return min(noise**2 / power, 1.0) if power > 0 else 0.0
+
+
+def fall_per_ampere(log: Trace) -> tuple[float, float] | None:
+    r"""Resistance that a battery shows within a moment, and its standard error. [Ω]
+
+    .. math:: R = -\sum \Delta u \Delta i / (\sum \Delta i^2 - 2 n \sigma^2)
+
+    over the ``MOMENT`` before each of n rows, sigma the noise of the current's meter;
+    the error by leaving out a part of the log in turn (jackknife). None where the
+    current hardly changes beside that noise, or parts of the log differ.
+    """
+    time, u, i = log["time_s"], log[VOLTAGE], log[CURRENT]
+    lag = max(round(MOMENT / interval_of(time)), 1)
+    if len(time) < PARTS * (lag + 1):
+        return None
+    du, di = u[lag:] - u[:-lag], i[lag:] - i[:-lag]
+    whole = time[lag:] - time[:-lag] < 2 * lag * interval_of(time)
+    kept = whole & np.isfinite(du) & np.isfinite(di)
+    noise = 2 * min(noise_at_rest(log, CURRENT), sensor_noise(i)) ** 2
+    falls, moves = (
+        np.array([part.sum() for part in np.array_split(np.where(kept, x, 0.0), PARTS)])
+        for x in (-du * di, di**2 - noise)
+    )
+    if moves.sum() <= 0 or noise * kept.sum() > SHARP * moves.sum():
+        return None
+    ohm = float(falls.sum() / moves.sum())
+    less = (falls.sum() - falls) / (moves.sum() - moves)
+    error = float(np.sqrt((PARTS - 1) * np.mean((less - less.mean()) ** 2)))
+    return (ohm, error) if error < SHARP * ohm else None
