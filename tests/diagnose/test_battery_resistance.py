@@ -147,6 +147,7 @@ def test_a_voltage_that_is_not_judged_tells_another_resistance_than_is_stated():
 
     assert said(stated(RESISTANCE)) == ()
     assert said(stated(RESISTANCE / 1.4)) == ()  # as it recovers in a minute
+    assert [f.kind for f in said(stated(0.0))] == ["resistance"]
     for causes in ((), (cause,)):
         (other,) = said(stated(0.025), *causes)
         assert other.kind == "resistance"

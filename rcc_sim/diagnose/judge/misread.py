@@ -278,8 +278,8 @@ def unjudged(problem: Problem, causes: Sequence[Cause]) -> tuple[Finding, ...]:
         )
         return () if causes else (silent,)
     ohm, error = seen
-    off = abs(ohm - stated.value) / hypot(error, stated.tolerance)
-    if off < GAINED or 1 / RECOVERS < ohm / stated.value < RECOVERS:
+    near = abs(ohm - stated.value) <= GAINED * hypot(error, stated.tolerance)
+    if near or stated.value / RECOVERS < ohm < RECOVERS * stated.value:
         return ()
     return (
         Finding(
