@@ -143,6 +143,22 @@ def test_nor_where_the_measured_motion_drives_a_car_that_is_steered_by_them(
     assert found.found.engine.problems[0].drive.held[1] == SINCE
 
 
+@pytest.mark.parametrize(("means", "window"), [(True, inf), (False, 0.001)])
+def test_hard_cornering_tells_means_from_samples(means, window):
+    """5 ms of 11 m/s² that come and go move a centre of gravity by two sds."""
+    t = np.arange(0.0, 60.0, TICK)
+    weave = np.sin(1.9 * t) + np.sin(4.1 * t + 1.0)
+    speed = np.clip(t, 0.0, 4.0) + np.sin(0.5 * t) * (t > 4.0)
+    asked = {"time_s": t, "speed_ref_mps": speed, "steer_cmd_rad": 0.08 * weave}
+    columns = dict(sent(asked, 0.02, means=means).log.columns)
+    del columns["speed_ref_mps"]
+    log = Logged(Trace(columns, name="weaves"), (), None)
+    found = diagnose([log], CAR, candidates=("cg_shift", "steering_gain"))
+    assert found.asserted == ()
+    assert not means or not found.moved
+    assert found.found.engine.problems[0].drive.window == window
+
+
 def test_nor_where_a_stated_lag_that_is_too_long_hides_that_they_hold(asked):
     stated = {"steering_lag": {"time_constant_s": {"value": 0.06, "sd": 0.01}}}
     log = sent(asked, 0.02, lag=0.048)

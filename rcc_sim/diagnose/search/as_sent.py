@@ -24,7 +24,7 @@ from rcc_sim.diagnose.search.ways import (
     holds_more,
     is_asked,
     is_logged_later,
-    other_way,
+    other_ways,
     parts_of,
     with_drives,
 )
@@ -238,10 +238,14 @@ def averaged(
     asked = [is_asked(p) for p in engine.problems]
     if not any(asked):
         return engine, found
-    other = other_way(engine, asked)
-    as_found = driven_as(found.engine, like=other)
-    now = descent.refit(as_found, found.fit)
-    if answered(as_found, now) <= answered(found.engine, found.fit) + ENOUGH:
+    others = other_ways(engine, asked)
+    as_found = [driven_as(found.engine, like=other) for other in others]
+    fits = each(lambda there: descent.refit(there, found.fit), as_found)
+    answers = [answered(*there) for there in zip(as_found, fits, strict=True)]
+    k = int(np.argmax(answers))
+    other, better = others[k], answers[k] - answered(found.engine, found.fit)
+    fewer = bool(found.causes) and better > 0 and spares(as_found[k], fits[k], found)
+    if better <= ENOUGH and not fewer:
         return engine, found
     again = explained(other, None, None)
     more = len(again.causes) - len(found.causes)

@@ -16,6 +16,10 @@ from rcc_sim.physics.tables import BEFORE, LINE, SINCE
 from rcc_sim.simulate.drive import Drive
 from rcc_sim.simulate.spans import FLOWS
 
+AVERAGES = (1e-3, SAMPLE, inf)
+"""Times before its rows over which a log's flows may be averaged: what a chip that does
+not filter shows, an inverter's own, and all since the row before. [s]"""
+
 
 def every_way(problems: Sequence[Problem]) -> list[list[Drive]]:
     """Return the drives of logs, commands and averages in every way.
@@ -80,9 +84,13 @@ def can_be_means(problem: Problem) -> bool:
 
 
 def is_asked(problem: Problem) -> bool:
-    """Tell whether an accelerometer may tell if a log's flows are samples or means."""
+    """Tell whether an accelerometer may tell if a log's flows are samples or means.
+
+    Beside a gyro it does so of rows that are closer than those of which flows do: where
+    half a row makes 5 ms, and a car corners as hard as it can.
+    """
     turns = problem.drive.imposed and problem.drive.steered
-    long = may_be_means(problem.row, imposed=True) and problem.charge is None
+    long = may_be_means(problem.row, imposed=False) and problem.charge is None
     return turns and long and "accel_y_mps2" in problem.channels
 
 
@@ -170,14 +178,28 @@ def is_logged_later(engine: Engine, begun: Engine) -> bool:
     )
 
 
-def other_way(engine: Engine, asked: Sequence[bool]) -> Engine:
-    """Return logs whose flows are means where they were samples, or the reverse."""
-    drives = [p.drive for p in engine.problems]
-    for i, drive in enumerate(drives):
-        if asked[i]:
-            window = inf if drive.window < inf else SAMPLE
-            drives[i] = replace(drive, window=window)
-    return with_drives(engine, drives)
+def other_ways(engine: Engine, asked: Sequence[bool]) -> list[Engine]:
+    """Return logs whose flows are samples, of 10 ms or none, or means: as they are not.
+
+    The first of those that are ``asked`` tells which they are.
+    """
+    now = average_of(engine.problems[[*asked].index(True)].drive)
+    return [
+        with_drives(
+            engine,
+            [
+                replace(p.drive, window=over) if yes else p.drive
+                for p, yes in zip(engine.problems, asked, strict=True)
+            ],
+        )
+        for over in AVERAGES
+        if over != now
+    ]
+
+
+def average_of(drive: Drive) -> float:
+    """Return which of the averages a drive's flows are. [s]"""
+    return next(over for over in AVERAGES if drive.window <= over)
 
 
 def kept_alike(problems: Sequence[Problem], like: Engine) -> list[Problem]:
@@ -192,11 +214,16 @@ def kept_alike(problems: Sequence[Problem], like: Engine) -> list[Problem]:
         if not same or (p.drive.imposed and not is_asked(p)):
             return p
         ways = Counter(
-            (q.drive.held, q.drive.window <= SAMPLE, q.drive.felt) for q in same
+            (
+                q.drive.held,
+                min(w for w in AVERAGES if q.drive.window <= w),
+                q.drive.felt,
+            )
+            for q in same
         )
-        held, samples, felt = max(ways, key=ways.__getitem__)
+        held, over, felt = max(ways, key=ways.__getitem__)
         means = inf if p.drive.imposed or can_be_means(p) else p.drive.window
-        window = min(p.drive.window, SAMPLE) if samples else means
+        window = min(p.drive.window, over) if over <= SAMPLE else means
         drive = replace(p.drive, held=held, window=window, felt=felt)
         return replace(p, drive=drive)
 
