@@ -14,7 +14,7 @@ from rcc_sim.physics.effects.motor_efficiency import ETA_MIN
 from rcc_sim.physics.effects.speed_dead_zone import commands_nothing
 from rcc_sim.physics.effects.steering_delay import delayed
 from rcc_sim.physics.logged_steering import enter_cell, steering_at
-from rcc_sim.physics.params import SPEED
+from rcc_sim.physics.params import SPEED, TURNED
 from rcc_sim.physics.powertrain import electrify, mapped_efficiency
 from rcc_sim.physics.run import (
     NEAR,
@@ -182,7 +182,8 @@ def run_replayed(
                 asked = time, commands.throttle, held[0]
                 tau = obey_throttle(p, c, s, u, force, asked, late_motor, tick)
             actuate(p, c, s, u, tau, angle)
-            u.yaw_rate = between(s.t + T, time, measured.yaw_rate, before)
+            if p.lanes.steer == TURNED:
+                u.yaw_rate = between(s.t + T, time, measured.yaw_rate, before)
             step(p, c, s, u, f, E, flow, T)
             if len(eta[0]) > 1:
                 eff = mapped_efficiency(p, c, u, f, flow, eta, T)

@@ -10,7 +10,14 @@ from rcc_sim.analyse.logcheck.finding import MEASURED, Finding
 from rcc_sim.diagnose.causes.cause import Cause
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
-from rcc_sim.diagnose.fitting.knobs import BIAS, bias_key, delay_knobs, scale_key
+from rcc_sim.diagnose.fitting.knobs import (
+    BIAS,
+    bias_key,
+    delay_knobs,
+    offsets_of,
+    scale_key,
+)
+from rcc_sim.diagnose.fitting.pulls import pulled
 from rcc_sim.diagnose.judge import restless
 from rcc_sim.diagnose.judge.direct import FELT, disagreeing
 from rcc_sim.diagnose.judge.restless import Mask
@@ -323,26 +330,25 @@ def offsets(fit: Fit, log: int = 0) -> tuple[Finding, ...]:
 
     What else is the same all the time, as a load that the file does not have, looks so.
     """
-    mine, found = bias_key(log, ""), []
-    for knob in fit.knobs:
-        column = knob.key.removeprefix(mine)
-        if column not in MEASURED or not knob.key.startswith(mine) or knob.sd == inf:
-            continue
-        off = fit.values[knob.key] - knob.value
-        if abs(off) >= GAINED * knob.sd:
-            found.append(
-                Finding(
-                    "misread",
-                    column,
-                    f"reads {abs(off):.3g} {unit_of(column)} too "
-                    f"{'much' if off > 0 else 'little'} throughout "
-                    f"({off / knob.sd:+.1f} sd of its offset)",
-                    action="the fit takes it so, in place of what acts throughout; "
-                    "[sensors] bias_sd states how far it may be off",
-                    severity="warning",
-                )
-            )
-    return tuple(found)
+    pulls = pulled(fit, GAINED)
+    far = {
+        column: (off, pulls[bias_key(log, column)])
+        for column, off in offsets_of(fit.values, log).items()
+        if column in MEASURED and bias_key(log, column) in pulls
+    }
+    return tuple(
+        Finding(
+            "misread",
+            column,
+            f"reads {abs(off):.3g} {unit_of(column)} too "
+            f"{'much' if off > 0 else 'little'} throughout "
+            f"({pull:+.1f} sd of its offset)",
+            action="the fit takes it so, in place of what acts throughout; "
+            "[sensors] bias_sd states how far it may be off",
+            severity="warning",
+        )
+        for column, (off, pull) in far.items()
+    )
 
 
 def column_of(key: str, log: int) -> str:

@@ -101,16 +101,24 @@ def steady_rows(log: Trace) -> int:
     return rows_in(log["time_s"], STEADY)
 
 
+def meter_noise(log: Trace) -> float:
+    """Return the noise of the meter of a log's current. [A]
+
+    As it scatters at rest; where the vehicle hardly ever stands, as what it reads bends
+    from row to row, if that is less.
+    """
+    return min(noise_at_rest(log, CURRENT), sensor_noise(log[CURRENT]))
+
+
 def metered(log: Trace, predicted: Array) -> float:
     r"""Share of what is fast in the current beside the model's, squared, that is noise.
 
     .. math:: \sigma^2 / \overline{(\Delta i - \bar{\Delta i})^2}
 
-    with sigma as the meter scatters at rest; where the vehicle hardly ever stands, as
-    what it reads bends from row to row, if that is less. (The model errs most where
-    most flows: by how it usually errs the share would be several times as large.)
+    with sigma the noise of its meter. (The model errs most where most flows: by how it
+    usually errs the share would be several times as large.)
     """
-    noise = min(noise_at_rest(log, CURRENT), sensor_noise(log[CURRENT]))
+    noise = meter_noise(log)
     beside = log[CURRENT] - predicted
     power = float(np.nanmean((beside - moving_mean(beside, steady_rows(log))) ** 2))
     return min(noise**2 / power, 1.0) if power > 0 else 0.0
@@ -132,7 +140,7 @@ def fall_per_ampere(log: Trace) -> tuple[float, float] | None:
     du, di = u[lag:] - u[:-lag], i[lag:] - i[:-lag]
     whole = time[lag:] - time[:-lag] < 2 * lag * interval_of(time)
     kept = whole & np.isfinite(du) & np.isfinite(di)
-    noise = 2 * min(noise_at_rest(log, CURRENT), sensor_noise(i)) ** 2
+    noise = 2 * meter_noise(log) ** 2
     falls, moves = (
         np.array([part.sum() for part in np.array_split(np.where(kept, x, 0.0), PARTS)])
         for x in (-du * di, di**2 - noise)
