@@ -3,7 +3,10 @@
 import pkgutil
 from importlib import import_module
 
+from numba.core import registry
+
 import rcc_sim
+from rcc_sim.jit import cache_folder
 
 PARTS = (
     "matplotlib.figure",
@@ -16,6 +19,8 @@ PARTS = (
     "scipy.signal",
     "scipy.stats",
     "tomlkit",
+    "typer._adapters",
+    "typer._click.decorators",
 )
 """What commands load only once they need it."""
 
@@ -24,3 +29,6 @@ for name in PARTS:
 for module in pkgutil.walk_packages(rcc_sim.__path__, "rcc_sim."):
     if not module.name.endswith("__main__"):
         import_module(module.name)
+
+cache_folder()
+registry.cpu_target.target_context.refresh()  # what loads compiled kernels

@@ -15,8 +15,10 @@ from rcc_sim.diagnose.causes.strengths import (
     smooth,
     windows,
 )
+from rcc_sim.diagnose.fitting.fit import Fit
+from rcc_sim.diagnose.fitting.knobs import Knob
 from rcc_sim.diagnose.noise.strips import Strips
-from rcc_sim.diagnose.noise.whitener import fit_whitener, lag_edges
+from rcc_sim.diagnose.noise.whitener import fit_whitener, lag_edges, weights
 
 
 @given(knots=st.integers(2, 40), seed=st.integers(0, 99))
@@ -157,6 +159,38 @@ def test_strengths_that_knobs_take_up_all_but_whole_are_still_weighed(left):
         rest -= Q @ (Q.T @ rest)
     assert np.trace(M) == pytest.approx(np.sum(rest**2), rel=1e-4)
     assert np.isfinite(likeliest(M, b, Prior(smooth(20)))[0])
+
+
+@pytest.mark.parametrize("hidden", [1e-2, 1.0])
+def test_what_others_say_of_the_knobs_counts_as_further_rows_do(hidden):
+    rng = np.random.default_rng(2)
+    J, sd = rng.standard_normal((300, 4)), np.array([0.5, 2.0, np.inf, np.inf])
+    A = J @ rng.standard_normal((4, 6)) + hidden * rng.standard_normal((300, 6))
+    r, off = rng.standard_normal(300), np.array([0.1, -1.0, 0.0, 0.0])
+    R, s = rng.standard_normal((5, 4)) / 10, rng.standard_normal(5)
+    apart = freed(Strips.of(A), r, J, sd, off, (R, s))
+    stacked = Strips.of(np.vstack([A, np.zeros((5, 6))]))
+    whole = freed(stacked, np.append(r, s), np.vstack([J, R]), sd, off)
+    for one, other in zip(apart[:2], whole[:2], strict=True):
+        assert one == pytest.approx(other, rel=1e-9)
+    assert apart[2](np.ones(6)) == pytest.approx(whole[2](np.ones(6)), rel=1e-9)
+
+
+def test_a_track_tells_of_the_knobs_what_its_weighed_rows_do():
+    rng = np.random.default_rng(1)
+    e, signal = rng.standard_normal((2, 500))
+    noise = fit_whitener(e, rng.random(500) > 0.1, [], lag_edges(100, 1.0, 500))
+    knobs = Knob("a", 0.0, 1.0), Knob("b", 0.0, 1.0)
+    signals = [[signal], [e + np.roll(signal, 1)]]
+    fit = Fit({"a": 0.0, "b": 0.0}, knobs, 0.0, 0.0, [noise], [e], signals=signals)
+    R, s = fit.told_by(0)
+
+    def squares(x):
+        return weights(noise(e)) @ noise(e + sum(map(np.multiply, x, signals))[0]) ** 2
+
+    for x in rng.standard_normal((3, 2)):
+        told = np.sum((R @ x + s) ** 2) - np.sum(s**2)
+        assert told == pytest.approx(squares(x) - squares([0.0, 0.0]), rel=1e-9)
 
 
 @pytest.mark.parametrize("along", ["time", "a coordinate that comes back"])

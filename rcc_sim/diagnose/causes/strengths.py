@@ -97,25 +97,33 @@ def windows(x: Array, knots: Array, which: Places | None = None) -> Windows:
 
 
 def freed(
-    A: Strips, r: Array, J: Array, sd: Array, off: Array
+    A: Strips,
+    r: Array,
+    J: Array,
+    sd: Array,
+    off: Array,
+    beside: tuple[Array, Array] | None = None,
 ) -> tuple[Array, Array, Callable[[Array], Array]]:
     """Normal equations of A a = -r once the knobs J, with priors sd, give way.
 
-    A knob that is ``off`` what was expected of it is drawn back there.
+    A knob that is ``off`` what was expected of it is drawn back there. Rows ``beside``,
+    R (m, k) and s (m,), say of the knobs alone that R x = -s.
     The third tells by how much the knobs move with strengths a.
     """
-    unit = np.where(np.isfinite(sd), sd, 1 / np.sqrt((J**2).sum(0) + 1e-300))
-    J = J * unit
+    R, s = beside or (np.zeros((0, len(sd))), np.zeros(0))
+    power = (J**2).sum(0) + (R**2).sum(0)
+    unit = np.where(np.isfinite(sd), sd, 1 / np.sqrt(power + 1e-300))
+    J, R = J * unit, R * unit
     prior = np.where(np.isfinite(sd), 1.0, 1e-9)
     JA, drawn = A.onto(J).T, np.where(np.isfinite(sd), off / unit, 0.0)
-    G = np.linalg.solve(
-        J.T @ J + np.diag(prior), np.column_stack([JA, J.T @ r + drawn])
-    )
+    own = J.T @ J + R.T @ R + np.diag(prior)
+    G = np.linalg.solve(own, np.column_stack([JA, J.T @ r + R.T @ s + drawn]))
     AA = A.gram()
     M = AA - JA.T @ G[:, :-1]
     if np.trace(M) < ABSORBED * np.trace(AA):
         rest = A.toarray() - J @ G[:, :-1]
-        M = rest.T @ rest + (G[:, :-1].T * prior) @ G[:, :-1]
+        rows = R @ G[:, :-1]
+        M = rest.T @ rest + rows.T @ rows + (G[:, :-1].T * prior) @ G[:, :-1]
 
     def back(a: Array) -> Array:
         moved: Array = -unit * (G @ np.append(a, 1.0))

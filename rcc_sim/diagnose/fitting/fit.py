@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from math import hypot, inf, sqrt
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rcc_sim.diagnose.fitting.knobs import Knob
-from rcc_sim.diagnose.noise.whitener import Whitener
+from rcc_sim.diagnose.noise.whitener import Whitener, weights
 
 Array = NDArray[np.float64]
 
@@ -21,6 +22,23 @@ Free: TypeAlias = Sequence[tuple[Knob, list[Array]]]
 RIDGE, FIRM = 1e-10, 1e-9
 """Added to a diagonal of ones, for figures of which nothing is known; and where a step
 is taken by it."""
+
+
+class Weighted(NamedTuple):
+    """Rows of a track, whitened and weighed.
+
+    Attributes
+    ----------
+    root : ndarray, shape (n,)
+        Roots of the rows' weights, by which the others are multiplied.
+    residual : ndarray, shape (n,)
+    signals : ndarray, shape (n, k)
+        d(residual)/d(knob).
+    """
+
+    root: Array
+    residual: Array
+    signals: Array
 
 
 @dataclass(frozen=True)
@@ -86,6 +104,36 @@ class Fit:
             and self.values[knob.key] == knob.value
             and not any(np.nan_to_num(x).any() for x in tracks)
         ]
+
+    def weighted(self, track: int, noise: Whitener, left: Array) -> Weighted:
+        """Return the rows of a track by a noise, weighed by what is left of them."""
+        if noise is not self.noise[track] or left is not self.residuals[track]:
+            return self._weighted(track, noise, left)
+        if track not in self._by_own_noise:
+            self._by_own_noise[track] = self._weighted(track, noise, left)
+        return self._by_own_noise[track]
+
+    def _weighted(self, track: int, noise: Whitener, left: Array) -> Weighted:
+        W = np.sqrt(weights(noise(left)))
+        J = noise(np.stack([signal[track] for signal in self.signals]).T)
+        return Weighted(W, W * noise(self.residuals[track]), W[:, None] * J)
+
+    def told_by(self, track: int) -> tuple[Array, Array]:
+        """Return what a track says of the knobs x: |R x + s|², R (m, k) and s (m,)."""
+        if track not in self._told:
+            noise, left = self.noise[track], self.residuals[track]
+            _, r, J = self.weighted(track, noise, left)
+            Q, R = np.linalg.qr(J)
+            self._told[track] = R, Q.T @ r
+        return self._told[track]
+
+    @cached_property
+    def _by_own_noise(self) -> dict[int, Weighted]:
+        return {}
+
+    @cached_property
+    def _told(self) -> dict[int, tuple[Array, Array]]:
+        return {}
 
     def holding(self, *keys: str) -> Fit:
         """Return the same with some figures held where they are."""

@@ -39,7 +39,6 @@ from rcc_sim.diagnose.noise.whitener import (
     Whitener,
     fit_whitener,
     log_likelihood,
-    weights,
 )
 from rcc_sim.diagnose.residuals.losses import told
 from rcc_sim.diagnose.residuals.sizes import small_changes
@@ -70,7 +69,6 @@ class Probe:
     ) -> None:
         size = probe_size(engine, key) if size is None else size
         self.engine, self.fit, self.key = engine, fit, key
-        self._white: dict[int, Array] = {}
         self._without: dict[int, float] = {}
         self.base = base = fit.values.get(key, engine.stated(key))
         knob = Knob(key, base, inf, *bounds_of(engine.problems[0], key), step=size)
@@ -101,7 +99,7 @@ class Probe:
     def by(self, fit: Fit) -> Probe:
         """Return it by another fit of the same figures, with the same signal."""
         probe = copy(self)
-        probe.fit, probe._white, probe._without = fit, {}, {}
+        probe.fit, probe._without = fit, {}
         for of_the_fit in ("_beside", "_forgetful"):
             probe.__dict__.pop(of_the_fit, None)
         return probe
@@ -303,14 +301,6 @@ class Probe:
     def _tracks_of(self, log: int) -> list[int]:
         return [i for i in self.tracks if self.engine.tracks[i][0] == log]
 
-    def _knobs(self, noise: Whitener, track: int) -> Array:
-        """Signals of the knobs in a track, whitened; kept for the fit's own noise."""
-        if noise is not self.fit.noise[track]:
-            return noise(self._signals(track))
-        if track not in self._white:
-            self._white[track] = noise(self._signals(track))
-        return self._white[track]
-
     def _signals(self, track: int) -> Array:
         return np.stack([j[track] for j in self.fit.signals]).T
 
@@ -324,16 +314,12 @@ class Probe:
         Without them knobs that turn a vehicle would give way for nothing, and a hill
         take what it costs to turn.
         """
-        others = [i for i in range(len(self.engine.tracks)) if i not in self.tracks]
-        some = [(self.fit.noise[i], i) for i in others if self.fit.noise[i].valid.any()]
-        count = len(self.fit.knobs)
-        if not (some and count):
-            return np.zeros((0, count)), np.zeros(0)
-        r = np.concatenate([w(self.fit.residuals[i]) for w, i in some])
-        J = np.vstack([w(self._signals(i)) for w, i in some])
-        W = np.sqrt(weights(r))
-        Q, R = np.linalg.qr(W[:, None] * J)
-        return R, Q.T @ (W * r)
+        fit, own = self.fit, set(self.tracks)
+        others = [i for i, w in enumerate(fit.noise) if i not in own and w.valid.any()]
+        if not others:
+            return np.zeros((0, len(fit.knobs))), np.zeros(0)
+        R, s = zip(*map(fit.told_by, others), strict=True)
+        return np.vstack(R), np.concatenate(s)
 
     def _weighed(
         self,
@@ -345,16 +331,14 @@ class Probe:
     ) -> Weighed:
         """Strengths in some windows, by a noise and what is left to weigh rows by."""
         fit = self.fit
-        pairs = list(zip(noise, tracks, strict=True))
-        A = Strips.stacked([w.through(self.signal[i], H) for w, i in pairs])
-        r = np.concatenate([w(fit.residuals[i]) for w, i in pairs])
-        J = np.vstack([self._knobs(w, i) for w, i in pairs])
-        rest = np.concatenate([w(e) for w, e in zip(noise, left, strict=True)])
-        W = np.sqrt(weights(rest))
-        R, s = self._beside
-        A = Strips.stacked([A.times(W), Strips.of(np.zeros((len(s), H.shape[1])))])
-        r, J = np.append(W * r, s), np.vstack([W[:, None] * J, R])
-        M, b, back = freed(A, r, J, fit.prior_sd, fit.off)
+        A = Strips.stacked(
+            [w.through(self.signal[i], H) for w, i in zip(noise, tracks, strict=True)]
+        )
+        by = [fit.weighted(*one) for one in zip(tracks, noise, left, strict=True)]
+        A = A.times(np.concatenate([rows.root for rows in by]))
+        r = np.concatenate([rows.residual for rows in by])
+        J = np.vstack([rows.signals for rows in by])
+        M, b, back = freed(A, r, J, fit.prior_sd, fit.off, self._beside)
         evidence, value, sd, mean_sd = likeliest(M, b, prior, H.mean(axis=0))
         cost = float(b @ value - 0.5 * value @ M @ value) - evidence
         return Weighed(evidence, value, sd, back(value), cost, (M, b), mean_sd)
