@@ -380,7 +380,9 @@ def _ledger(found: Diagnosis) -> Iterator[tuple[str, str]]:
     if not found.asserted and max(map(abs, others)) <= small:
         return
     how = "by the motion alone: " * found.proof.by_torque
-    steps = [f"{name} {_wh(wh)}" for name, wh in prices.causes.items()]
+    ties = {a.cause.effect for a in found.asserted if a.cause.tied}
+    named = {c: c + " or what ties with it" * (c in ties) for c in prices.causes}
+    steps = [f"{named[c]} {_wh(wh)}" for c, wh in prices.causes.items()]
     if abs(prices.drive_wh) > small:
         steps.insert(0, f"{OTHER_DRIVE} {_wh(prices.drive_wh)}")
     steps.append(f"{SHIFTS} {_wh(prices.figures_wh)}")

@@ -1,5 +1,7 @@
 """A road that climbs evenly for a minute is no noise that remembers."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,7 @@ from rcc_sim.diagnose.causes.cause import ENOUGH, PROFILE_ENOUGH
 from rcc_sim.diagnose.fitting.descent import of_tolerances
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.judge.chances import EVEN, probability
+from rcc_sim.diagnose.profiles import hidden_hill as module
 from rcc_sim.diagnose.profiles.hidden_hill import HIDES, hidden_hill
 from rcc_sim.diagnose.profiles.remainder import remainder
 from rcc_sim.diagnose.profiles.varying import as_profile, profile_cause
@@ -29,14 +32,17 @@ def road(distance, slopes):
     return slope
 
 
-def polled(slopes, seed=3):
-    """A drive with stops, polled twice a second, on a road that only the drive knew."""
+def polled(slopes, seed=3, load=0.0):
+    """A drive with stops, polled twice a second, on a road that only the drive knew.
+
+    And with a load [W] that it alone knew.
+    """
     t = np.arange(0.0, 700.0, FINE)
     v = np.clip(14 + 8 * np.sin(t / 19) + 5 * np.sin(t / 7.3), 0.0, None)
     log = problem_of(Trace({"time_s": t, "speed_mps": v}), CAR)
     seen = log.on_road(log.distance, road(log.distance, slopes)).driven({})
     every, rng = round(ROW / FINE), np.random.default_rng(seed)
-    power = seen["battery_power_w"][::every]
+    power = seen["battery_power_w"][::every] + load
     power = power + rng.normal(0.0, 300.0, len(power))
     columns = {"time_s": t[::every], "speed_mps": v[::every], "battery_power_w": power}
     return Engine([problem_of(Trace(columns), CAR)])
@@ -86,3 +92,17 @@ def test_a_flat_road_hides_none(seed):
     fit = of_tolerances(engine)
     assert hidden_hill(engine, fit) is None
     assert profile_cause(engine, fit, {"road_grade"})[0] is None
+
+
+def test_what_a_constant_cause_leaves_white_hid_no_hill(both, monkeypatch):
+    engine, fit = both
+    assert hidden_hill(engine, fit, fit).effect == "road_grade"
+    flat = polled(FLAT, load=3000.0)
+    fit = of_tolerances(flat)
+    (white,), (left,) = fit.noise, fit.residuals
+    assert white.foresees(left) > HIDES
+    heater = {"effects.auxiliary_load.power_w": 3000.0}
+    white = flat.residuals(fit.values | heater)
+    explained = replace(fit, residuals=white, noise=flat.learn_noise(white))
+    monkeypatch.delattr(module, "courses_of")  # nor is any road tried
+    assert hidden_hill(flat, fit, explained) is None

@@ -81,6 +81,24 @@ def test_without_a_cause_it_is_told_what_stated_figures_are_worth(by_figures, to
 
 
 @pytest.mark.parametrize(
+    ("tied", "told"), [((), "a +0.4 Wh"), (("b",), "a or what ties with it +0.4 Wh")]
+)
+def test_the_energy_of_a_tie_is_not_that_of_its_first_alone(tied, told):
+    one = found()
+    one.prices = SimpleNamespace(
+        causes={"a": 0.4},
+        figures_wh=0.0,
+        unexplained_wh=0.01,
+        meters_wh=0.0,
+        drive_wh=0.0,
+    )
+    one.gap = one.gaps[0]
+    one.asserted = [SimpleNamespace(cause=SimpleNamespace(effect="a", tied=tied))]
+    ((word, text),) = _ledger(one)
+    assert word == "ENERGY" and text.startswith(f"{told}, ")
+
+
+@pytest.mark.parametrize(
     ("power", "told"),
     [
         ([450, 450, 1650, 1650], ["low at first; half-way to the other end at 240 s"]),

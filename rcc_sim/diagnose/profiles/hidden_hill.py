@@ -51,8 +51,11 @@ APART = 1e-6
 """Way that a second at rest counts, so that rows at one place stay in order. [m]"""
 
 
-def hidden_hill(engine: Engine, fit: Fit) -> Cause | None:
+def hidden_hill(engine: Engine, fit: Fit, constant: Fit | None = None) -> Cause | None:
     """Return a hill that passes for noise, if what is left of a fit asks for one.
+
+    And if what is left of the best fit with a ``constant`` cause does, where there is
+    one: if its past foresees nothing of that, it was this cause that was hidden.
 
     Its ``rival`` are the nats of a drag of the same course; none of one that would have
     to push. None where a drag,
@@ -62,12 +65,15 @@ def hidden_hill(engine: Engine, fit: Fit) -> Cause | None:
     which gained 60 or more, none was left.
     """
     probe = Probe(engine, fit, PROFILES[HILL][0])
+    left = [fit] if constant is None else [fit, constant]
+    logs = range(len(engine.problems))
+    asked = [i for i in logs if all(hides(engine, one, probe, i) for one in left)]
+    if not asked:
+        return None
     other = Probe(engine, fit, carrier_of(engine, fit, "drag"))
     courses: dict[int, Course] = {}
     both = drags = rival = 0.0
-    for i in range(len(engine.problems)):
-        if not (probe.shows_in(i) and hides(engine, fit, probe, i)):
-            continue
+    for i in asked:
         tried = courses_of(probe, i)
         best = max(tried, key=lambda c: c.profile.evidence)
         if best.profile.evidence > PROFILE_ENOUGH:

@@ -43,7 +43,7 @@ SHARPENED = 4
 
 
 def profile_cause(
-    engine: Engine, fit: Fit, named: set[str]
+    engine: Engine, fit: Fit, named: set[str], constant: Fit | None = None
 ) -> tuple[Cause | None, set[str]]:
     """Return the effect that best explains as a profile what a fit leaves, if any.
 
@@ -53,13 +53,14 @@ def profile_cause(
     One that shows by the noise that it leaves alone, if no other does; a load that
     switches or grows, if it is likelier than those, each with the noise that it leaves.
     No load at all, where a drag that goes the way of the load is likelier. A hill that
-    does not hang together may be hidden in the noise.
+    does not hang together may be hidden in the noise, if it may be in that of the best
+    fit with a ``constant`` cause, too.
     """
 
     def one(effect: str) -> tuple[Cause | None, Cause | None]:
         found = as_profile(engine, fit, effect)
         if effect == HILL and found is None:
-            found = hidden_hill(engine, held(fit, PROFILES[HILL][0]))
+            found = hidden_hill(engine, held(fit, PROFILES[HILL][0]), constant)
         if effect != LOAD:
             return found, None
         at_rest = held(fit, PROFILES[LOAD][0])
@@ -81,8 +82,7 @@ def profile_cause(
     if not found:
         return None, outdone
     rival = max([found[0].rival, *(c.gain for c in found[1:])])
-    best = replace(found[0], rival=rival)
-    return best, outdone
+    return replace(found[0], rival=rival), outdone
 
 
 def beyond_drag(course: Cause) -> float:

@@ -155,7 +155,7 @@ class Taken:
                 values = {key: best.fit.values[key] for key in one.keys}
                 self.kept_out = KeptOut(one.effect, values, best.trusted, needed)
                 one = None
-        varying = self.varying(look)
+        varying = self.varying(look, best.fit if best and one else None)
         with_one: Fit | None = None
         if varying and best and one:
             first = self.hidden_by(varying, look, best, one)
@@ -180,13 +180,14 @@ class Taken:
         self.settle()
         return TWO
 
-    def varying(self, look: Look) -> Cause | None:
+    def varying(self, look: Look, constant: Fit | None) -> Cause | None:
         """Return what explains most as a profile, if it goes before the best constant.
 
-        That is asked of what was seen, whether it gains enough or not.
+        That is asked of what was seen, whether it gains enough or not; if it does,
+        ``constant`` is the fit with it.
         """
         named = may_vary(self.engine, self.candidates, self.causes) - self.outdone
-        varying, refuted = profile_cause(self.engine, self.fit, named)
+        varying, refuted = profile_cause(self.engine, self.fit, named, constant)
         self.outdone |= refuted
         if varying and is_clear(varying, look.one, look.gains, self.causes):
             return varying
