@@ -10,6 +10,7 @@ from rcc_sim.report.channels import title_of
 from rcc_sim.report.findings import Report
 from rcc_sim.report.html_parts import (
     METERS,
+    OR_TIE,
     OTHER_DRIVE,
     SHIFTS,
     SMALL,
@@ -88,7 +89,12 @@ def cause_steps(report: Report) -> Sequence[tuple[str, float]]:
     prices = report.prices
     if prices is None:
         return []
-    steps = [(effect_title(name), wh) for name, wh in prices.causes.items()]
+    causes = report.diagnosis.get("causes") or []
+    ties = {c["effect"] for c in causes if c.get("indistinguishable_from")}
+    steps = [
+        (effect_title(name) + OR_TIE * (name in ties), wh)
+        for name, wh in prices.causes.items()
+    ]
     steps.append((SHIFTS, prices.figures_wh))
     steps.append((METERS, prices.meters_wh))
     return [(OTHER_DRIVE, prices.drive_wh), *steps]

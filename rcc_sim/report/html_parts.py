@@ -19,6 +19,9 @@ OTHER_DRIVE = "drive taken otherwise than logged (road, torque)"
 SHIFTS, METERS = "shifts of stated figures", "offsets of the meters"
 """What the energy is called by which the model's changes; that meters read too much."""
 
+OR_TIE = " or what ties with it"
+"""What is said of a tie's energy, which is that of its first."""
+
 SMALL = 1e-3
 """Share of the energy below which a step of it is not shown."""
 

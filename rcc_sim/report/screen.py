@@ -19,7 +19,7 @@ from rcc_sim.diagnose.judge.verdict import UNSURE
 from rcc_sim.diagnose.next_run.menu import STAND
 from rcc_sim.report.channels import mend_of, way_of
 from rcc_sim.report.doubts import SURE, doubts
-from rcc_sim.report.html_parts import METERS, OTHER_DRIVE, OTHERS, SHIFTS, SMALL
+from rcc_sim.report.html_parts import METERS, OR_TIE, OTHER_DRIVE, OTHERS, SHIFTS, SMALL
 from rcc_sim.report.promise import promise
 from rcc_sim.report.text import (
     figures,
@@ -381,7 +381,7 @@ def _ledger(found: Diagnosis) -> Iterator[tuple[str, str]]:
         return
     how = "by the motion alone: " * found.proof.by_torque
     ties = {a.cause.effect for a in found.asserted if a.cause.tied}
-    named = {c: c + " or what ties with it" * (c in ties) for c in prices.causes}
+    named = {c: c + OR_TIE * (c in ties) for c in prices.causes}
     steps = [f"{named[c]} {_wh(wh)}" for c, wh in prices.causes.items()]
     if abs(prices.drive_wh) > small:
         steps.insert(0, f"{OTHER_DRIVE} {_wh(prices.drive_wh)}")

@@ -102,7 +102,8 @@ def test_the_waterfall_adds_up_from_simulated_to_measured(report, read):
     numbers = [
         float(value.replace("−", "-"))
         for value in re.findall(
-            r"(?:simulated|resistance|unexplained|measured) ([+−\d.]+) [\d.]+ %",
+            r"(?:simulated|resistance or what ties with it|unexplained|measured) "
+            r"([+−\d.]+) [\d.]+ %",
             read.text,
         )
     ]
