@@ -12,7 +12,14 @@ from rcc_sim.report.diagnosis_page import mended
 from rcc_sim.report.findings import Report
 from rcc_sim.report.lines import Array, Line, shown
 from rcc_sim.report.panels import Panel, charts_of
-from rcc_sim.report.sheet import COLOURS, POINTS, legend_above, name_upright, sheet
+from rcc_sim.report.sheet import (
+    COLOURS,
+    POINTS,
+    head,
+    legend_above,
+    name_upright,
+    sheet,
+)
 from rcc_sim.report.text import probable, short
 from rcc_sim.trace import integral_of
 from rcc_sim.units import J_PER_WH
@@ -49,7 +56,7 @@ def plot_diagnosis(found: Diagnosis, page: Report) -> Figure:
     names = [how["label"] for how in DRAWN.values() if how["label"] in told]
     legend_above(axes[0], [told[name] for name in names], names)
     axes[-1].set_xlabel("Time since the log's start [s]" if since else "Time [s]")
-    figure.suptitle(_title(found), x=0.02, ha="left")
+    head(figure, _title(found))
     return figure
 
 

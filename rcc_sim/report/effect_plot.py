@@ -14,7 +14,7 @@ from rcc_sim.definitions.figure import Figure as Stated
 from rcc_sim.definitions.vehicle import Vehicle, load_vehicle
 from rcc_sim.physics.effect import Effect
 from rcc_sim.report.channels import title_of
-from rcc_sim.report.sheet import draw_line, legend_above, name_upright, sheet
+from rcc_sim.report.sheet import draw_line, head, legend_above, name_upright, sheet
 from rcc_sim.simulate.given import Profile, throttle_drive
 from rcc_sim.simulate.run import simulate
 from rcc_sim.trace import Trace
@@ -96,7 +96,7 @@ def plot_effect(name: str) -> Figure:
     )
     legend_above(axes[0], [lines["off"], lines["on"]], ["without", told])
     axes[-1].set_xlabel("Time [s]")
-    figure.suptitle(effect.title, x=0.02, ha="left")
+    head(figure, effect.title)
     return figure
 
 

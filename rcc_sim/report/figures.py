@@ -14,6 +14,7 @@ from rcc_sim.report.sheet import (
     COLOURS,
     DASHES,
     POINTS,
+    head,
     legend_above,
     name_upright,
     sheet,
@@ -126,7 +127,7 @@ def plot_gap(found: Mapping[str, Any]) -> Figure:
         gap = f"{energy['gap_wh']:+.3g} Wh, {energy['gap_percent']:+.3g} % of measured"
         doubt = energy.get("u_val_wh")
         told.append(gap if doubt is None else f"{gap}; u_val {doubt:.2g} Wh")
-    figure.suptitle("\n".join(told), x=0.02, ha="left")
+    head(figure, *told)
     return figure
 
 

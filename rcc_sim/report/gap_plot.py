@@ -12,7 +12,7 @@ from rcc_sim.analyse.logcheck.finding import runs
 from rcc_sim.channel import interval_of
 from rcc_sim.report.channels import title_of
 from rcc_sim.report.lines import shown
-from rcc_sim.report.sheet import COLOURS, POINTS, name_upright, sheet
+from rcc_sim.report.sheet import COLOURS, POINTS, head, name_upright, sheet
 from rcc_sim.simulate.smooth import HOLE
 from rcc_sim.units import unit_of
 
@@ -58,7 +58,7 @@ def plot_gap(gap: Gap) -> Figure:
         bbox_to_anchor=(1.0, 1.0),
     )
     axes[-1].set_xlabel("Time [s]")
-    figure.suptitle(f"{gap.log} against {gap.vehicle}", x=0.02, ha="left")
+    head(figure, f"{gap.log} against {gap.vehicle}")
     return figure
 
 

@@ -18,6 +18,7 @@ from rcc_sim.report.sheet import (
     DASHES,
     POINTS,
     draw_line,
+    head,
     legend_above,
     name_upright,
     sheet,
@@ -120,7 +121,7 @@ def plot_run(*traces: Trace, columns: Sequence[str] = ()) -> Figure:
         drives = [trace.name for trace in traces if panels[0][1][0] in trace]
         legend_above(axes[0], driven + asked, drives + ["reference"] * len(asked))
     axes[-1].set_xlabel("Time [s]")
-    figure.suptitle(traces[0].name if len(traces) == 1 else "", x=0.02, ha="left")
+    head(figure, traces[0].name if len(traces) == 1 else "")
     return figure
 
 

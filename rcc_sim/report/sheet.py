@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +16,9 @@ if TYPE_CHECKING:
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 """Okabe-Ito, in an order that also differs in lightness."""
+
+WIDE = 90
+"""Letters that a line above a sheet may hold."""
 
 DASHES = ("-", "--", "-.", ":")
 POINTS = 4000
@@ -54,6 +58,12 @@ def sheet(count: int, *, height: float, **options: Any) -> tuple[Figure, list[Ax
         **options,
     )
     return figure, list(axes[:, 0])
+
+
+def head(figure: Figure, *lines: str) -> None:
+    """Put lines above a sheet, folded where they are too long for it."""
+    folded = [part for line in lines for part in textwrap.wrap(line, WIDE) or [""]]
+    figure.suptitle("\n".join(folded), x=0.02, ha="left")
 
 
 def name_upright(axis: Axes, title: str) -> None:

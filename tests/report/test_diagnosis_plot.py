@@ -12,6 +12,7 @@ from rcc_sim.diagnose.causes.prices import prices
 from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.report import diagnosis_plot
 from rcc_sim.report.diagnosis_page import mended
+from rcc_sim.report.sheet import head, sheet
 from rcc_sim.simulate.run import simulate
 from rcc_sim.trace import Trace
 from tests.report.made import diagnosis_report
@@ -88,3 +89,14 @@ def test_the_mended_vehicle_misses_what_its_prices_leave():
     left = prices(plain, [], lighter).unexplained_wh
     assert np.trapezoid(missed, log["time_s"]) / 3600 == pytest.approx(left, rel=1e-3)
     assert left > 10.0
+
+
+@pytest.mark.parametrize("words", [1, 12, 20])
+def test_a_line_above_a_sheet_stays_within_it(words):
+    figure, _ = sheet(3, height=1.0)
+    head(figure, " or ".join(["rolling_resistance"] * words), "+0.1 Wh")
+    figure.draw_without_rendering()
+    assert figure.get_suptitle().endswith("\n+0.1 Wh")
+    drawn = figure._suptitle.get_window_extent()
+    assert 0 < drawn.x0 < drawn.x1 < figure.bbox.x1
+    assert drawn.y1 < figure.bbox.y1
