@@ -145,22 +145,23 @@ def relax(c, s, u, f, v, share):
 def carry_round(c, s, u, f, v, dt):
     """Axle forces [N] and mid-step v_y of a vehicle whose yaw rate alone is known.
 
-    m dv_y/dt = F_F + F_R as in :func:`corner`, with l_F F_F = l_R F_R: what turns the
-    body itself is left out, for it comes back. The front wheels stand at the angle at
-    which their axle has its force; no bend is tighter than the wheelbase.
+    From m dv_y/dt = F_F + F_R and I_z dr/dt = l_F F_F - l_R F_R as in :func:`corner`.
+    The rear wheels' slip gives their force, the turning that of the front wheels, which
+    stand at the angle at which they have it. No bend is tighter than the wheelbase.
     """
     f.r = 0.5 * (s.r + no_tighter(c, u.yaw_rate, v))
+    turning = c.I_z * 2.0 * (f.r - s.r) / (dt * c.l_F)  # N; what it takes in front
     u_R = s.v_y - c.l_R * f.r
     per_R = per_rolled(v, c.v_slip)
     alpha_R = axle_slip(u_R, per_R)
-    both = c.l / c.l_F  # F_F + F_R over F_R
-    K = both * 2.0 * tyre_stiffness(alpha_R, c.C_R, c.D_R)
-    K *= slip_slope(u_R, v, per_R, 1.0, 0.0)
-    F = -both * 2.0 * tyre_force(alpha_R, c.C_R, c.D_R)
-    dv_y = F / (2.0 * c.m / dt + K)
+    both = c.l / c.l_F  # F_F + F_R over F_R, but for the turning
+    F_R = -2.0 * tyre_force(alpha_R, c.C_R, c.D_R)
+    K_R = 2.0 * tyre_stiffness(alpha_R, c.C_R, c.D_R)
+    K_R *= slip_slope(u_R, v, per_R, 1.0, 0.0)
+    dv_y = (both * F_R + turning) / (2.0 * c.m / dt + both * K_R)
     f.v_y = s.v_y + dv_y
-    f.F_R = (F - K * dv_y) / both
-    f.F_F = f.F_R * c.l_R / c.l_F
+    f.F_R = F_R - K_R * dv_y
+    f.F_F = f.F_R * c.l_R / c.l_F + turning
     across = axle_slip(f.v_y + c.l_F * f.r, per_R)
     u.delta = across + slip_angle(0.5 * f.F_F, c.C_F, c.D_F)
     u.sin_delta = math.sin(u.delta)

@@ -8,17 +8,14 @@ means are taken.
 import math
 
 from rcc_sim.jit import jit
+from rcc_sim.physics.bicycle import no_tighter
 from rcc_sim.physics.effects.motor_efficiency import ETA_MIN
 from rcc_sim.physics.logged_steering import enter_cell, steering_at
-from rcc_sim.physics.params import LOGGED
+from rcc_sim.physics.params import TURNED
 from rcc_sim.physics.powertrain import electrify, mapped_efficiency
 from rcc_sim.physics.run import actuate, begin, open_window, write
 from rcc_sim.physics.slip import behind_wheels
-from rcc_sim.physics.step import (
-    pace,
-    step_imposed,
-    step_steered,
-)
+from rcc_sim.physics.step import pace, step_along
 from rcc_sim.physics.tables import between, seek
 
 NEAR = 1e-3  # 1; share of a step by which a span may be longer than whole steps
@@ -87,6 +84,8 @@ def run_with_logged_motion(
     eta = maps[0]
     eff = max(p.motor_efficiency.scale, ETA_MIN)
     begin(p, c, s, u, max(speed[0], 0.0), 0.0)
+    if p.lanes.steer == TURNED:
+        s.r = no_tighter(c, yaw_rate[0], s.v_x)
     c.booked = 0.0
     enter_cell(u, time, commands.steer, 0, held[1])
     look_up_inputs(p, s, u, time[0], 0, drive, road)
@@ -115,12 +114,9 @@ def run_with_logged_motion(
                 v_1 = max(speed_between(speed, accel, before, way, span), 0.0)
                 if c.slips > 0.0:
                     v_1 = behind_wheels(p, c, s, u, f, v_1, dt)
-                if p.lanes.steer == LOGGED:
-                    step_steered(p, c, s, u, f, flow, v_1, dt)
-                else:
-                    r_1 = yaw_rate[before]
-                    r_1 += way * (yaw_rate[k] - yaw_rate[before])
-                    step_imposed(p, c, s, u, f, E, flow, v_1, r_1, dt)
+                u.yaw_rate = yaw_rate[before]
+                u.yaw_rate += way * (yaw_rate[k] - yaw_rate[before])
+                step_along(p, c, s, u, f, flow, v_1, dt)
                 asked = u.tau
                 if torque[k] == torque[k]:
                     u.tau = torque[k]

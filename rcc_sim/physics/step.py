@@ -253,15 +253,15 @@ def step_imposed(p, c, s, u, f, E, flow, v_1, r_1, dt):
 
 
 @jit
-def step_steered(p, c, s, u, f, flow, v_1, dt):
-    """Advance by dt [s] to a speed that was measured, the steering acting freely.
+def step_along(p, c, s, u, f, flow, v_1, dt):
+    """Advance by dt [s] to a speed that was measured, turning freely.
 
+    As the steering has it, or as the gyro shows where no steering is known.
     Nothing is booked: no ledger is asked of a run along a log.
     """
-    v_0 = s.v_x
-    turn_velocity(c, s, 0.5 * dt)
-    f.v = 0.5 * (v_0 + v_1)
-    f.a = (v_1 - v_0) / dt
+    s.v_y -= 0.5 * dt * s.v_x * s.r  # as the body's axes turn, half before the forces
+    f.v = 0.5 * (s.v_x + v_1)
+    f.a = (v_1 - s.v_x) / dt
     f.moving = dt
     if f.v <= 0.0:
         f.moving = 0.0
@@ -270,7 +270,10 @@ def step_steered(p, c, s, u, f, flow, v_1, dt):
     resist(p, c, u, f, f.v, f.v)
     if EXTRA:
         act(p, c, s, u, f, f.v, f.v, f.a)
-    corner(c, s, u, f, f.v, dt)
+    if p.lanes.steer == TURNED:
+        carry_round(c, s, u, f, f.v, dt)
+    else:
+        corner(c, s, u, f, f.v, dt)
     turning = -c.m * f.v_y * f.r
     if f.moving > 0.0:
         supply(p, c, s, u, f, flow, turning + f.F_F * u.sin_delta, v_1, dt)
@@ -282,8 +285,8 @@ def step_steered(p, c, s, u, f, flow, v_1, dt):
     s.psi += f.r * dt
     s.r = 2.0 * f.r - s.r
     s.s += f.v * f.moving
-    turn_velocity(c, s, 0.5 * dt)
     s.v_x = v_1
+    s.v_y -= 0.5 * dt * s.v_x * s.r
     s.w = f.w_1
 
 

@@ -9,7 +9,7 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
-from rcc_sim.channel import bridged, interval_of
+from rcc_sim.channel import bridged, interval_of, moving_mean
 from rcc_sim.definitions.kernel import answering_time, road_of
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.errors import InputError
@@ -31,6 +31,10 @@ LEAPT = 0.25
 
 LATE = 1e6
 """Time beyond which a clock counts from its own start: Unix time, say. [s]"""
+
+CALM = 0.5
+"""Share of the time in which a vehicle answers its steering over which its yaw rate is
+evened out: of a turn that comes and goes in ten such times that takes 0.4 %."""
 
 SAMPLED = 0.5
 """Share of the time between two rows below which flows are samples, not means. At such
@@ -191,6 +195,7 @@ def drive_of(log: Trace, vehicle: Vehicle, window: float = 0.01) -> Drive:
         )
     )
     asked = throttle if vehicle.mode == "throttle" else ref
+    answers = answering_time(vehicle)
     current, torque = (
         np.ascontiguousarray(log[c]) if log.has(c) else nan
         for c in ("motor_current_a", "motor_torque_nm")
@@ -201,9 +206,9 @@ def drive_of(log: Trace, vehicle: Vehicle, window: float = 0.01) -> Drive:
         log.has("steer_cmd_rad") and not stand,
         Commands(ref, steer, throttle, aux, wind),
         road,
-        Measured(speed, current, yaw_rate, torque, accel),
+        Measured(speed, current, calm(time, yaw_rate, answers), torque, accel),
         window,
-        answering_time(vehicle),
+        answers,
         start,
         distance,
         (SINCE if holds(asked) else LINE, SINCE if holds(steer) else LINE),
@@ -214,6 +219,18 @@ def drive_of(log: Trace, vehicle: Vehicle, window: float = 0.01) -> Drive:
         back=is_back(log),
         on_stand=stand,
     )
+
+
+def calm(time: Array, yaw_rate: Array, answers: float) -> Array:
+    """Return a yaw rate in which rows are evened out that no vehicle turns within.
+
+    What turns the body goes by its change from row to row, which is mostly noise where
+    rows are close.
+    """
+    if len(time) < 2:
+        return yaw_rate
+    half = int(0.5 * (CALM * answers / interval_of(time) - 1.0))
+    return moving_mean(yaw_rate, 2 * half + 1) if half > 0 else yaw_rate
 
 
 def is_back(log: Trace) -> bool:

@@ -209,9 +209,9 @@ def lift(vehicle: Vehicle, values: dict[str, dict[str, float]], wheels: float) -
 def _longest_step(drive: Drive, *, coarse: bool, relaxed: bool) -> float:
     """Return the longest time step of an imposed run. [s]
 
-    Where the yaw rate is imposed as well, nothing answers any steering.
+    Where nothing turns it, nothing answers.
     """
-    if not drive.steered:
+    if not drive.steered and not drive.measured.yaw_rate.any():
         return LONGEST
     share = COARSE_STEP if coarse else STEP
     if relaxed and not coarse:

@@ -97,7 +97,7 @@ def test_of_each_cause_it_is_asked_how_commands_run(asked):
 
     class Asks:
         def __call__(self, engine, fit, before):
-            seen.append(freed(fit) - freed(before))
+            seen.append(freed(fit, before))
 
         def sooner(self, engine, null, most):
             assert most > 100.0  # of the better of the two

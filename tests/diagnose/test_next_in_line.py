@@ -17,7 +17,7 @@ LOAD = Cause("auxiliary_load", ("l",), 80.0, profiles={0: None})
 def test_a_load_is_tried_where_a_wind_fits_better_and_does_not_stand(monkeypatch):
     asked = []
 
-    def profile_cause(engine, fit, named):
+    def profile_cause(engine, fit, named, constant):
         asked.append(frozenset(named))
         return next((c for c in (WIND, LOAD) if c.effect in named), None), set()
 

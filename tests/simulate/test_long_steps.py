@@ -73,23 +73,53 @@ def test_steps_as_long_as_they_may_be_turn_as_an_integrator_does(
     assert np.sqrt(np.mean(off[20:] ** 2)) < most * known.std()
 
 
-def test_steps_are_no_matter_where_the_turns_were_logged_too():
+@pytest.mark.parametrize("known", ["yaw_rate_radps", "steer_cmd_rad"])
+def test_half_a_step_errs_by_a_quarter_in_hard_bends_too(known):
     """A town drive at 1 Hz, bends and a hill: the energy, and each row's power."""
     town = parse_cycle("udds[0:500]")
+    turns = np.sin(0.05 * town.time_s)
+    size = {"yaw_rate_radps": 0.02 * town.speed_mps, "steer_cmd_rad": 0.07}
     columns = {
         "time_s": town.time_s,
         "speed_mps": town.speed_mps,
-        "yaw_rate_radps": 0.02 * town.speed_mps * np.sin(0.05 * town.time_s),
+        known: size[known] * turns,
         "slope": 0.04 * np.sin(0.02 * town.time_s),
     }
     vehicle = truck({"aerodynamic_drag": {"drag_area_m2": 1.0}})
     drive = drive_of(Trace(columns, name="x"), vehicle, window=np.inf)
-    assert not drive.steered
-    power, fine = (
-        replay(vehicle, drive, substeps=k)["battery_power_w"] for k in (1, 20)
+    assert drive.imposed and drive.steered == (known == "steer_cmd_rad")
+    one, half, fine = (
+        replay(vehicle, drive, substeps=k)["battery_power_w"][1:] for k in (1, 2, 40)
     )
-    assert power[1:].sum() == pytest.approx(fine[1:].sum(), rel=1e-4)
-    assert np.abs(power - fine)[1:].max() < 2e-3 * np.abs(fine).max()
+    assert one.sum() == pytest.approx(fine.sum(), rel=1e-4)
+    assert np.abs(one - fine).max() < 1e-4 * np.abs(fine).max()
+    assert np.abs(half - fine).max() < 0.3 * np.abs(one - fine).max()
+
+
+def test_bends_that_a_gyro_shows_take_what_they_do_by_their_steering():
+    """Swerves: were sideslip settled at once, they would seem to take more."""
+    vehicle = truck({})
+    swerve = 0.02 * np.sin(4.0 * TIME)
+    work = []
+    log = Trace(
+        {
+            "time_s": TIME,
+            "speed_mps": np.full(len(TIME), SPEED),
+            "steer_cmd_rad": swerve,
+        }
+    )
+    steered = replay(vehicle, drive_of(log, vehicle, window=np.inf))
+    for turns in (steered["yaw_rate_radps"], 0.0 * swerve):
+        columns = dict(log.columns) | {"yaw_rate_radps": turns}
+        del columns["steer_cmd_rad"]
+        drive = drive_of(Trace(columns, name="x"), vehicle, window=np.inf)
+        assert drive.turns_as_measured
+        work.append(replay(vehicle, drive))
+    turned, straight = (one["battery_power_w"][1:].sum() for one in work)
+    taken = steered["battery_power_w"][1:].sum() - straight
+    assert turned - straight == pytest.approx(taken, rel=0.05)
+    felt = work[0]["accel_y_mps2"] - steered["accel_y_mps2"]
+    assert np.std(felt[20:]) < 0.05 * np.std(steered["accel_y_mps2"])
 
 
 def test_means_before_a_row_are_over_their_own_time_however_long_the_steps():

@@ -1,9 +1,11 @@
 """A gyro's noise while a car stands: it turns on the spot in no drive."""
 
 import numpy as np
+import pytest
 
+from rcc_sim.definitions.kernel import answering_time
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.simulate.drive import drive_of
+from rcc_sim.simulate.drive import calm, drive_of
 from rcc_sim.simulate.replay import replay
 from rcc_sim.trace import Trace
 
@@ -32,3 +34,15 @@ def test_a_bend_is_driven_as_it_was():
     turned = np.diff(out["yaw_rad"][[0, -1]])[0]
     steps = 0.5 * (bend[1:] + bend[:-1]) * 0.1
     np.testing.assert_allclose(turned, steps.sum(), rtol=1e-3)
+
+
+@pytest.mark.parametrize(("rate", "left"), [(10, 1.001), (100, 0.4), (1000, 0.13)])
+def test_no_turning_within_the_cars_own_time_is_read_from_a_gyro(rate, left):
+    """White noise of close rows goes, by the root of their number; a turn stays."""
+    time = np.arange(0.0, 60.0, 1 / rate)
+    noise = np.random.default_rng(2).normal(0.0, 0.01, len(time))
+    turn = 0.3 * np.sin(2 * np.pi * time / (10 * answering_time(CAR)))
+    turned = calm(time, turn, answering_time(CAR))
+    assert np.abs(turned - turn)[rate:-rate].max() < 0.005 * 0.3
+    rest = calm(time, turn + noise, answering_time(CAR)) - turned
+    assert np.std(rest) <= left * np.std(noise)

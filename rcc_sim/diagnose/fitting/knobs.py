@@ -140,7 +140,7 @@ def tolerance_knobs(problems: Sequence[Problem]) -> list[Knob]:
     """The figures of the vehicle file that state how far they may be off."""
     problem, knobs = problems[0], []
     for key, figure in problem.vehicle.figures().items():
-        if key == YAW_INERTIA and all(p.drive.turns_as_measured for p in problems):
+        if key == YAW_INERTIA and not any(p.drive.steered for p in problems):
             continue  # its torque is that of the yaw rate's noise
         if key == SLIP and not any(tells_slip(p, figure.value) for p in problems):
             continue  # what it does is less than the drive is smeared by

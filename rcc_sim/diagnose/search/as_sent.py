@@ -31,6 +31,7 @@ from rcc_sim.diagnose.search.ways import (
 from rcc_sim.side_by_side import each
 
 LATE = {
+    "reference_sampling": 0,
     "reference_delay": 0,
     "actuation_delay": 0,
     "motor_lag": 0,
@@ -180,7 +181,7 @@ class Likelier:
         best = likeliest(self._some, engine, fit, fit.score)
         best = best or likeliest(self._some, engine, before, least)
         self._some = []
-        late = late_in(freed(fit) - freed(before))
+        late = late_in(freed(fit, before))
         if best is None and late:
             others = [way for way in self._ways if holds_more(way, engine, late)]
             best = likeliest(others, engine, before, least)
@@ -192,9 +193,16 @@ def late_in(effects: Iterable[str]) -> set[int]:
     return {LATE[effect] for effect in effects if effect in LATE}
 
 
-def freed(fit: Fit) -> set[str]:
-    """Return the effects of which a figure is free."""
-    keys = (k.key for k in fit.knobs if k.sd == inf)
+def freed(fit: Fit, before: Fit) -> set[str]:
+    """Return the effects of which a figure was free, or was set, only in the first.
+
+    One that makes steps alone, as a period, is never free.
+    """
+
+    def moved(one: Fit) -> set[str]:
+        return set(one.values) - {k.key for k in one.knobs if k.sd < inf}
+
+    keys = moved(fit) - moved(before)
     return {key.split(".")[1] for key in keys if key.startswith("effects.")}
 
 

@@ -27,6 +27,6 @@ EFFECT = Effect(
     channels=("yaw_rate_radps",),
     seen_as="yaw rate that follows quick steering sooner or later",
     source="definition",
-    shows_in=("turning",),
+    shows_in=("steered",),
     also=("moment of inertia",),
 )
