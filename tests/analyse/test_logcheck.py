@@ -128,6 +128,21 @@ def test_a_wrong_unit_is_found_with_its_mend_and_no_other_is(drive, channel, fac
     assert checked.unusable == (channel,)
 
 
+@pytest.mark.parametrize(
+    ("unit", "ratio"), [(1.0, 13), (1.0, 16), (DEG, 13), (DEG, 16), (DEG, 20)]
+)
+@pytest.mark.parametrize("drive", [TRUCK, CAR], ids=lambda d: d[0])
+def test_a_steering_wheels_angle_is_told_from_the_road_wheels_degrees(
+    drive, unit, ratio
+):
+    """A model car has no steering wheel: there it is some other unit, or degrees."""
+    log = with_fault(logged(*drive), "steer_cmd_rad", lambda x: ratio * unit * x)
+    (finding,) = found(check_log(log, load_vehicle(drive[0])), "unit", "steer_cmd_rad")
+    assert ("steering wheel" in finding.what) == (drive is TRUCK)
+    if drive is TRUCK:
+        assert finding.factor == pytest.approx(1 / (ratio * unit), rel=0.25)
+
+
 BARE = ("time_s", "speed_mps", "speed_ref_mps")
 
 

@@ -31,6 +31,10 @@ class Mistake(NamedTuple):
 
 
 DEG = degrees(1.0)
+WHEEL, LARGEST_MODEL = 16.0, 1.0
+"""Turns of a car's steering wheel over those of its road wheels, 12 to 20 being usual;
+and the wheelbase below which none has one. [1], [m]"""
+
 RPM = 30 / pi
 
 UNITS: dict[str, tuple[tuple[float, str], ...]] = {
@@ -102,6 +106,8 @@ def mistakes(columns: Columns, vehicle: Vehicle | None) -> list[Mistake]:
             if (small and factor > 1) or row / factor < QUICKEST:
                 continue
             out.append(Mistake(name, "unit", factor, words, 1.0 - 0.2 * rank))
+    if vehicle is None or vehicle.wheelbase > LARGEST_MODEL:
+        out += _at_the_steering_wheel(columns)
     if vehicle is not None and "motor_speed_radps" in columns:
         out += _electrical(vehicle.motor.poles)
     if vehicle is not None and "motor_torque_nm" in columns:
@@ -144,6 +150,23 @@ def _together(known: Sequence[Mistake]) -> list[Mistake]:
 def words_of(channel: str, factor: float) -> str:
     """Return what people call a unit of a channel."""
     return dict(UNITS[channel])[factor]
+
+
+def _at_the_steering_wheel(columns: Columns) -> list[Mistake]:
+    """Return a steering that is told as it is in the driver's hands."""
+    name = "steer_cmd_rad"
+    units = ((WHEEL, "radians"), (WHEEL * DEG, "degrees"))
+    return [
+        Mistake(
+            name,
+            "unit",
+            factor,
+            f"{unit} of the steering wheel, {WHEEL:g} to one of the road wheels or so",
+            0.5,
+        )
+        for factor, unit in units
+        if name in columns
+    ]
 
 
 def _electrical(poles: int | None) -> list[Mistake]:

@@ -69,18 +69,20 @@ def averages_in_turn(problem: Problem) -> list[tuple[float, float]]:
         return 3 * [(own, inf)]
     means = can_be_means(problem)
     over = inf if means else own
-    felt = SAMPLE if means and set(ACCELEROMETERS) & set(problem.channels) else inf
+    both = all({*some} & {*problem.channels} for some in (FLOWS, ACCELEROMETERS))
+    felt = SAMPLE if means and both else inf
     return [(min(own, SAMPLE), inf), (over, inf), (over, felt)]
 
 
 def can_be_means(problem: Problem) -> bool:
-    """Tell whether flows of a commanded drive are far enough apart to be means.
+    """Tell whether flows of a commanded drive, or what it feels, may be means.
 
     As its logger was asked by commands that run straight between rows, it may have been
     told wrong of those that hold: those of a stiff loop come all at once.
     """
-    flows = any(c in FLOWS for c in problem.channels) and not problem.drive.imposed
-    return flows and may_be_means(problem.row, imposed=False)
+    some = any(c in (*FLOWS, *ACCELEROMETERS) for c in problem.channels)
+    commanded = not problem.drive.imposed
+    return some and commanded and may_be_means(problem.row, imposed=False)
 
 
 def is_asked(problem: Problem) -> bool:
