@@ -217,7 +217,7 @@ def _verdict(found: Diagnosis) -> str:
         told = f"a real gap, and {TAKEN_UP}: measure them, or state larger sds"
     key, sds = next(iter(found.moved.items()), ("", 0.0))
     if found.status == "no_gap" and abs(sds) >= DOUBTFUL:
-        told += f", with {key} {off_by(sds)}"
+        told += f", if {key} is {off_by(sds)}: that is then what is wrong"
     if found.status == "no_gap" and False in energies:
         told = told.replace("no gap", "no cause: no gap row by row")
         closed = key and closes(found.proof.before, found.proof.after)

@@ -49,6 +49,16 @@ def test_the_least_sure_cause_is_told_beside_the_verdict(probabilities, told):
     assert _verdict(found(probabilities)) == told
 
 
+def test_a_figure_far_off_without_a_gap_is_said_to_be_what_is_wrong():
+    one = found()
+    one.status, one.moved = "no_gap", {"tyres.radius_m": -4.4}
+    one.gaps[0].energy.within = True
+    end = "if tyres.radius_m is 4.4 sds off what is stated: that is then what is wrong"
+    assert _verdict(one).endswith(end)
+    one.moved = {"tyres.radius_m": -2.0}
+    assert "tyres" not in _verdict(one)
+
+
 @pytest.mark.parametrize(
     ("shrink", "told"),
     [
