@@ -296,7 +296,8 @@ def _existing(path: Path) -> Path:
         from glob import escape
 
         beside = [p.name for p in path.parent.glob(f"*{escape(path.suffix)}")]
-        close = get_close_matches(path.name, beside, n=1)
+        ended = sorted(n for n in beside if n.startswith(f"{path.name}."))
+        close = ended or get_close_matches(path.name, beside, n=1)
         near = [path.with_name(name) for name in close]
         if path.parent == Path() and not near:
             near = [p for p in (Path(kind, path.name) for kind in KINDS) if p.is_file()]

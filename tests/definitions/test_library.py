@@ -127,6 +127,14 @@ def test_a_path_is_taken_as_it_is_and_never_looked_up(places):
         library.find("cycles", "./cycles", CSV)
 
 
+def test_a_path_without_its_ending_is_answered_with_it(places):
+    there = places["shipped"] / "van.toml"
+    there.touch()
+    with pytest.raises(InputError, match="no such file") as error:
+        library.find("vehicles", str(there.with_suffix("")), (".toml",))
+    assert error.value.hint == f"did you mean `{there}`?"
+
+
 def test_a_working_folder_that_is_the_shipped_one_is_listed_once(places, monkeypatch):
     monkeypatch.chdir(places["shipped"].parent)
     (places["shipped"] / "a.csv").touch()
