@@ -96,6 +96,13 @@ def test_prices_do_not_hang_on_the_order_of_the_causes(plain):
         assert two.causes[name] == pytest.approx(wh, rel=1e-9)
 
 
+@pytest.mark.parametrize(("power", "told"), [(5.0, True), (20_000.0, False)])
+def test_what_no_battery_could_have_paid_is_no_price(plain, power, told):
+    """As of a vehicle that, with one part of what was found alone, leaves the road."""
+    values = VALUES | {"effects.auxiliary_load.power_w": power}
+    assert (prices(plain, [DRAWS], values) is not None) == told
+
+
 def test_a_load_that_varies_costs_its_mean(plain):
     ends = plain.log["time_s"][[0, -1]]
     ramp = Profile(

@@ -28,6 +28,10 @@ Array = NDArray[np.float64]
 FIGURES = ""
 """Stands among the effects for the stated figures that the logs moved."""
 
+ASTRAY = 100.0
+"""Times all that a battery gave and took from which on a price is none: with a part of
+what was found alone a vehicle may not hold the road."""
+
 
 @dataclass(frozen=True)
 class Prices:
@@ -90,7 +94,7 @@ def prices(
     -------
     Prices or None
         None where the log holds no energy, and where no vehicle could have the causes
-        or the figures alone.
+        or the figures alone, or drive with them.
     """
     at, measured = measured_power(plain.log, plain.vehicle)
     read_right = without_offsets(plain.log, offsets_of(values, log))
@@ -120,6 +124,8 @@ def prices(
     for way in (order, order[::-1]):
         with suppress(InputError):
             steps.append(_steps(energy, way, ends))
+    most = ASTRAY * energy_of(np.abs(measured), weights) / J_PER_WH
+    steps = [s for s in steps if max(map(abs, s.values())) < most]
     if not steps:
         return None
     paid = {p: float(np.mean([s[p] for s in steps])) for p in order}
