@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from math import ceil, exp
 from typing import Any
 
 from rcc_sim.diagnose.causes.cause import TIED
-from rcc_sim.report.text import figures, percent
+from rcc_sim.report.text import figures, listed, percent
 
 CERTAIN = 1000.0
 """Nats beyond which it is the model's error that decides, and no number more is said.
@@ -33,9 +33,8 @@ def promise(run: Mapping[str, Any], name: Callable[[str], str] = str) -> str:
     if not each:
         left = percent(exp(-told["least"]))
         return f"narrows the interval of {about} to {left} of its width"
-    together = [
-        f"{name(p['a'])} and {name(p['b'])}" for p in told["pairs"] if p["nats"] < TIED
-    ]
+    alike = [(p["a"], p["b"]) for p in told["pairs"] if p["nats"] < TIED]
+    together = [listed([*map(name, group)]) for group in groups(alike)]
     parted = [nats for nats in each if nats >= TIED]
     if not parted:
         most = max(each)
@@ -56,3 +55,22 @@ def _expected(nats: float) -> str:
     if nats < 1:
         return figures(nats, 1)
     return f"{nats:.0f}" if nats < CERTAIN else f"over {CERTAIN:.0f}"
+
+
+def groups(pairs: Sequence[tuple[str, str]]) -> list[list[str]]:
+    """Return what pairs hold together: a group of those that all do, else the pairs.
+
+    >>> groups([("a", "b"), ("b", "c"), ("a", "c"), ("d", "e"), ("e", "f")])
+    [['a', 'b', 'c'], ['d', 'e'], ['e', 'f']]
+    """
+    alike = {frozenset(pair) for pair in pairs}
+    names = list(dict.fromkeys(name for pair in pairs for name in pair))
+    found: list[list[str]] = []
+    for first in names:
+        group = [first]
+        for other in names:
+            if all({one, other} in alike for one in group):
+                group.append(other)
+        if len(group) > 1 and not any(set(group) <= set(known) for known in found):
+            found.append(sorted(group, key=names.index))
+    return found
