@@ -183,10 +183,7 @@ def drive_of(log: Trace, vehicle: Vehicle, window: float = 0.01) -> Drive:
         speed, accel, smear = smoothed(time, speed, felt, means=means)
         if len(time) > 2 and not accel.any() and not means:
             accel = np.where(speed > 0, np.gradient(speed, time), 0.0)
-    stand = is_on_stand(log)
     road, distance = _road(log, vehicle, time, speed)
-    if stand:
-        road, distance = ((np.zeros(1), np.zeros(1)), None)
     ref, steer, throttle, aux, wind, yaw_rate = (
         whole(log, column)
         for column in (
@@ -194,6 +191,9 @@ def drive_of(log: Trace, vehicle: Vehicle, window: float = 0.01) -> Drive:
             *("headwind_mps", "yaw_rate_radps"),
         )
     )
+    stand = is_on_stand(log)
+    if stand:  # no road, and nothing to turn on
+        road, distance, steer = (np.zeros(1), np.zeros(1)), None, 0.0 * steer
     asked = throttle if vehicle.mode == "throttle" else ref
     answers = answering_time(vehicle)
     current, torque = (

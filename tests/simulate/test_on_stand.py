@@ -54,6 +54,18 @@ def test_the_torque_is_that_of_shaft_and_wheels():
     )
 
 
+@pytest.mark.parametrize("drives", ["speed_mps", "speed_ref_mps"])
+def test_wheels_that_steer_in_the_air_turn_nothing(drives):
+    vehicle, straight = car(), log(1)
+    columns = dict(straight.columns) | {drives: straight["speed_mps"]}
+    steer = {"steer_cmd_rad": 0.3 * np.sin(straight["time_s"])}
+    one, other = (
+        replay(vehicle, drive_of(Trace(columns | more), vehicle))["motor_torque_nm"]
+        for more in ({}, steer)
+    )
+    np.testing.assert_array_equal(one, other)
+
+
 def test_heavier_wheels_take_more():
     vehicle = car()
     drive = drive_of(log(1), vehicle)
