@@ -114,8 +114,9 @@ def run_with_logged_motion(
                 v_1 = max(speed_between(speed, accel, before, way, span), 0.0)
                 if c.slips > 0.0:
                     v_1 = behind_wheels(p, c, s, u, f, v_1, dt)
-                u.yaw_rate = yaw_rate[before]
-                u.yaw_rate += way * (yaw_rate[k] - yaw_rate[before])
+                if p.lanes.steer == TURNED:
+                    u.yaw_rate = yaw_rate[before]
+                    u.yaw_rate += way * (yaw_rate[k] - yaw_rate[before])
                 step_along(p, c, s, u, f, flow, v_1, dt)
                 asked = u.tau
                 if torque[k] == torque[k]:

@@ -142,6 +142,15 @@ def accelerate(p, c, u, f):
 
 
 @jit
+def turn(p, c, s, u, f, v, dt):
+    """Turn as the steering has it, or as a gyro shows where no steering is known."""
+    if p.lanes.steer == TURNED:
+        carry_round(c, s, u, f, v, dt)
+    else:
+        corner(c, s, u, f, v, dt)
+
+
+@jit
 def step(p, c, s, u, f, E, flow, dt):
     """Advance the vehicle by dt [s] under the inputs u; book where the energy went."""
     turn_velocity(c, s, 0.5 * dt)
@@ -152,10 +161,7 @@ def step(p, c, s, u, f, E, flow, dt):
     resist(p, c, u, f, v, w)
     if EXTRA:
         act(p, c, s, u, f, v, w, s.a_x)
-    if p.lanes.steer == TURNED:
-        carry_round(c, s, u, f, v, dt)
-    else:
-        corner(c, s, u, f, v, dt)
+    turn(p, c, s, u, f, v, dt)
     T, R = accelerate(p, c, u, f)
     if c.slips > 0.0:
         slide(p, c, s, f, E, v, T, R, dt)
@@ -270,10 +276,7 @@ def step_along(p, c, s, u, f, flow, v_1, dt):
     resist(p, c, u, f, f.v, f.v)
     if EXTRA:
         act(p, c, s, u, f, f.v, f.v, f.a)
-    if p.lanes.steer == TURNED:
-        carry_round(c, s, u, f, f.v, dt)
-    else:
-        corner(c, s, u, f, f.v, dt)
+    turn(p, c, s, u, f, f.v, dt)
     turning = -c.m * f.v_y * f.r
     if f.moving > 0.0:
         supply(p, c, s, u, f, flow, turning + f.F_F * u.sin_delta, v_1, dt)

@@ -106,8 +106,9 @@ def mistakes(columns: Columns, vehicle: Vehicle | None) -> list[Mistake]:
             if (small and factor > 1) or row / factor < QUICKEST:
                 continue
             out.append(Mistake(name, "unit", factor, words, 1.0 - 0.2 * rank))
-    if vehicle is None or vehicle.wheelbase > LARGEST_MODEL:
-        out += _at_the_steering_wheel(columns)
+    large = vehicle is None or vehicle.wheelbase > LARGEST_MODEL
+    if large and "steer_cmd_rad" in columns:
+        out += _at_the_steering_wheel()
     if vehicle is not None and "motor_speed_radps" in columns:
         out += _electrical(vehicle.motor.poles)
     if vehicle is not None and "motor_torque_nm" in columns:
@@ -152,20 +153,18 @@ def words_of(channel: str, factor: float) -> str:
     return dict(UNITS[channel])[factor]
 
 
-def _at_the_steering_wheel(columns: Columns) -> list[Mistake]:
+def _at_the_steering_wheel() -> list[Mistake]:
     """Return a steering that is told as it is in the driver's hands."""
-    name = "steer_cmd_rad"
     units = ((WHEEL, "radians"), (WHEEL * DEG, "degrees"))
     return [
         Mistake(
-            name,
+            "steer_cmd_rad",
             "unit",
             factor,
             f"{unit} of the steering wheel, {WHEEL:g} to one of the road wheels or so",
             0.5,
         )
         for factor, unit in units
-        if name in columns
     ]
 
 

@@ -105,6 +105,10 @@ class Fit:
             and not any(np.nan_to_num(x).any() for x in tracks)
         ]
 
+    def signals_in(self, track: int) -> Array:
+        """Return d(residual)/d(knob) in a track, shape (n, k)."""
+        return np.stack([signal[track] for signal in self.signals]).T
+
     def weighted(self, track: int, noise: Whitener, left: Array) -> Weighted:
         """Return the rows of a track by a noise, weighed by what is left of them."""
         if noise is not self.noise[track] or left is not self.residuals[track]:
@@ -115,7 +119,7 @@ class Fit:
 
     def _weighted(self, track: int, noise: Whitener, left: Array) -> Weighted:
         W = np.sqrt(weights(noise(left)))
-        J = noise(np.stack([signal[track] for signal in self.signals]).T)
+        J = noise(self.signals_in(track))
         return Weighted(W, W * noise(self.residuals[track]), W[:, None] * J)
 
     def told_by(self, track: int) -> tuple[Array, Array]:

@@ -93,7 +93,7 @@ def constant_nats(engine: Engine, fit: Fit, wide: Fit, keys: Sequence[str]) -> f
     precision = 1 / wide.prior_sd**2
     N, g = np.diag(precision), precision * wide.off
     for i, white in enumerate(fit.noise):  # by tracks: a log may last for hours
-        J = white(np.stack([signal[i] for signal in wide.signals]).T)
+        J = white(wide.signals_in(i))
         r = white(fit.residuals[i])
         W = weights(r)
         N, g = N + J.T @ (W[:, None] * J), g + J.T @ (W * r)

@@ -301,9 +301,6 @@ class Probe:
     def _tracks_of(self, log: int) -> list[int]:
         return [i for i in self.tracks if self.engine.tracks[i][0] == log]
 
-    def _signals(self, track: int) -> Array:
-        return np.stack([j[track] for j in self.fit.signals]).T
-
     def _left(self, tracks: list[int]) -> list[Array]:
         return [self.fit.residuals[i] for i in tracks]
 
@@ -361,7 +358,7 @@ class Probe:
             left = [
                 fit.residuals[i]
                 + self.signal[i] * (H @ now.value)
-                + self._signals(i) @ now.knobs
+                + fit.signals_in(i) @ now.knobs
                 for i in tracks
             ]
             noise = self.engine.learn_noise_of(tracks, left)
