@@ -83,13 +83,8 @@ def corner(c, s, u, f, v, dt):
     A turn dies away and never ends. Once nothing is left of it that any sum would hold,
     it has: in numbers too small to be normal a processor is a hundred times as slow.
     """
-    f.F_F = 0.0
-    f.F_R = 0.0
     if (u.delta == 0.0 or v == 0.0) and max(abs(s.v_y), abs(s.r)) < STRAIGHT:
-        s.v_y = 0.0
-        s.r = 0.0
-        f.v_y = 0.0
-        f.r = 0.0
+        go_straight(s, f)
         return
     cos = u.cos_delta
     across = s.v_y + c.l_F * s.r
@@ -129,6 +124,17 @@ def corner(c, s, u, f, v, dt):
 
 
 @jit
+def go_straight(s, f):
+    """End a turn: no axle force is left, and no motion across."""
+    s.v_y = 0.0
+    s.r = 0.0
+    f.F_F = 0.0
+    f.F_R = 0.0
+    f.v_y = 0.0
+    f.r = 0.0
+
+
+@jit
 def relax(c, s, u, f, v, share):
     """Move the slip angles that the tyres hold towards those of the middle step."""
     across = f.v_y + c.l_F * f.r
@@ -149,6 +155,12 @@ def carry_round(c, s, u, f, v, dt):
     The rear wheels' slip gives their force, the turning that of the front wheels, which
     stand at the angle at which they have it. No bend is tighter than the wheelbase.
     """
+    if u.yaw_rate == 0.0 and max(abs(s.v_y), abs(s.r)) < STRAIGHT:
+        go_straight(s, f)
+        u.delta = 0.0
+        u.sin_delta = 0.0
+        u.cos_delta = 1.0
+        return
     f.r = 0.5 * (s.r + no_tighter(c, u.yaw_rate, v))
     turning = c.I_z * 2.0 * (f.r - s.r) / (dt * c.l_F)  # N; what it takes in front
     u_R = s.v_y - c.l_R * f.r

@@ -17,6 +17,8 @@ from rcc_sim.diagnose.causes.cause import Cause
 from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.knobs import Knob
+from rcc_sim.diagnose.judge.misread import until_their_rows
+from rcc_sim.diagnose.profiles.remainder import UNKNOWN_ENOUGH, Remainder
 from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.diagnose.search.as_sent import Likelier, freed, spares
@@ -120,6 +122,19 @@ def test_nor_those_in_force_until_their_row_tyres_or_an_inertia(asked):
     assert found.found.engine.problems[0].drive.held == (BEFORE, BEFORE)
     told = [f.channel for f in found.gap.findings if f.kind == "until"]
     assert told == list(COMMANDS)
+
+
+def test_what_is_left_of_cornering_makes_that_of_a_steering_doubtful(asked):
+    problem = problem_of(stepped(asked, 0.05).log, CAR)
+    later = replace(problem, drive=replace(problem.drive, held=(BEFORE, BEFORE)))
+
+    def told(acts_as):
+        left = Remainder(UNKNOWN_ENOUGH + 1.0, acts_as, "time_s", [])
+        return [f.what.split()[0] for f in until_their_rows(later, left)]
+
+    assert told("drag") == ["was", "was"]
+    assert told("steer") == ["was", "may"]
+    assert not until_their_rows(problem, None)
 
 
 STEERING = ("steering_delay", "steering_lag", "tyre_relaxation", "sensor_delay")

@@ -81,6 +81,16 @@ MAY_BE = (
 )
 """What to say of heights that are off, or may be, and what to do."""
 
+UNTIL = (
+    "was in force until the row that shows it, not from it on",
+    "the fit takes it so; for the gap and other tools, move it up by a row",
+)
+MAY_BE_UNTIL = (
+    "may have been in force until the row that shows it, not from it on",
+    "the fit takes it so, but what is left acts there too, and may make it seem so",
+)
+"""What to say of a command that acted before its row, or may have, and what to do."""
+
 TELLS = {
     False: "an accelerometer in the log tells them apart",
     True: "the accelerometer felt neither clearly",
@@ -118,7 +128,7 @@ def findings_of(
     return (
         *misread(fit, log),
         *behind(fit, problem),
-        *until_their_rows(problem),
+        *until_their_rows(problem, left if left.log == log else None),
         *of_heights(wanders, log, accelerometer=FELT in problem.channels),
         *disagreeing(engine, fit, log),
         *restless.coming_and_going(engine, causes, loose, log),
@@ -174,24 +184,23 @@ def behind(fit: Fit, problem: Problem) -> tuple[Finding, ...]:
     )
 
 
-def until_their_rows(problem: Problem) -> tuple[Finding, ...]:
+def until_their_rows(problem: Problem, left: Remainder | None) -> tuple[Finding, ...]:
     """Return what to say of commands that were in force when their rows were written.
 
-    As of a loop that steps the vehicle, and then logs what it did and what it saw.
+    As of a loop that steps the vehicle, and then logs what it did and what it saw. What
+    is left of cornering may make a steering seem so.
     """
     columns = (COMMANDS.get(problem.vehicle.mode, ""), "steer_cmd_rad")
-    return tuple(
-        Finding(
-            "until",
-            column,
-            "was in force until the row that shows it, not from it on",
-            action="the fit takes it so; for the gap and other tools, move it up by a "
-            "row",
-            severity="warning",
-        )
-        for column, held in zip(columns, problem.drive.held, strict=True)
-        if held == BEFORE and column in problem.log
-    )
+    bent = left is not None and left.is_real and left.acts_as in CORNERING
+    found = []
+    for column, held, unsure in zip(
+        columns, problem.drive.held, (False, bent), strict=True
+    ):
+        if held != BEFORE or column not in problem.log:
+            continue
+        what, action = MAY_BE_UNTIL if unsure else UNTIL
+        found += [Finding("until", column, what, action=action, severity="warning")]
+    return tuple(found)
 
 
 def pushed_along(problem: Problem, left: Remainder | None) -> tuple[Finding, ...]:
