@@ -70,6 +70,7 @@ OF_THE_ROAD = (
     ("rolling_resistance", "coefficient"),
     ("aerodynamic_drag", "drag_area_m2"),
     ("steering_drag", "force_n_per_rad"),
+    ("steering_offset", "angle_rad"),
 )
 """Figures that do nothing where the wheels turn off the ground."""
 

@@ -20,16 +20,17 @@ from tests.cars import truck
 
 SLOPE = {0: SimpleNamespace(weighed=False, knots=np.zeros(20))}
 NOTHING = Remainder(0.0, "", "", [])
-ENGINE = SimpleNamespace(
-    vehicle=truck(STATED),
-)
+FELT = SimpleNamespace(channels=("battery_power_w", "accel_x_mps2"))
+UNFELT = SimpleNamespace(channels=("battery_power_w",))
 
 
 @pytest.fixture
 def hill(monkeypatch):
     """A hill of 180 nats, and what would be in its place, by any noise."""
 
-    def found(effect="road_grade", drag=0.0, other=0.0, wind=0.0, own=180.0, sharp=1):
+    def found(
+        effect="road_grade", drag=0.0, other=0.0, wind=0.0, own=180.0, sharp=1, log=FELT
+    ):
         shares = np.array([1.0])
         rivals = (
             Remainder(drag, "drag", "time_s", [], shares=shares),
@@ -46,7 +47,8 @@ def hill(monkeypatch):
         monkeypatch.setattr(drag_or_hill, "with_own_noise", weighed)
         monkeypatch.setattr(drag_or_hill, "nats_of_gusts", lambda *logs: wind)
         fit = Fit({}, (), 0.0, 0.0, [], [])
-        return drag_or_hill.beside_a_drag(ENGINE, fit, one, left)
+        engine = SimpleNamespace(vehicle=truck(STATED), problems=[log])
+        return drag_or_hill.beside_a_drag(engine, fit, one, left)
 
     return found
 
@@ -95,6 +97,17 @@ def test_in_doubt_each_is_weighed_with_the_noise_that_it_leaves(hill, acts):
     assert probability(other, NOTHING) == 0.5
     clear = hill(**{acts: 100.0}, own=0.0)  # what is no doubt is not weighed again
     assert clear.rival == 100.0
+
+
+def test_what_no_accelerometer_felt_is_as_sure_as_the_smaller_lead(hill):
+    """Nothing in the log parts a slope from a drag of the same course."""
+    felt, unfelt = (
+        probability(hill(drag=172.0, own=600.0, sharp=2, log=log), NOTHING)
+        for log in (FELT, UNFELT)
+    )
+    assert felt > 0.99
+    assert 0.85 < unfelt < 0.9  # of 8 nats
+    assert probability(hill(drag=100.0, log=UNFELT), NOTHING) > 0.99
 
 
 def test_what_follows_the_speed_and_other_causes_are_no_matter(hill):

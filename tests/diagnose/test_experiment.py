@@ -1,5 +1,7 @@
 """What a proposed run would tell, and that it stays within what the log shows."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -7,9 +9,14 @@ from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.knobs import Knob, nuisance_knobs
 from rcc_sim.diagnose.next_run.bench import Bench, Nats, Pair
-from rcc_sim.diagnose.next_run.experiment import Experiment, best_of, in_turn
+from rcc_sim.diagnose.next_run.experiment import (
+    Experiment,
+    best_of,
+    in_turn,
+    narrowing,
+)
 from rcc_sim.diagnose.next_run.limits import limits_of
-from rcc_sim.diagnose.next_run.menu import menu
+from rcc_sim.diagnose.next_run.menu import Leg, Run, menu
 from rcc_sim.diagnose.residuals.beside_motor import MOTOR, drawn_by_motor
 from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.residuals.terminals import CURRENT, POWER
@@ -50,6 +57,22 @@ def told(bench, tied, words):
     driven = bench.drive(tied)(run)
     assert driven is not None
     return bench.nats(driven, tied).least
+
+
+def test_of_runs_that_narrow_alike_the_shortest_is_driven():
+    class Alike:
+        runs = (run("slalom", 80.0), run("stand still", 60.0), run("coast", 70.0))
+
+        def narrows(self, run, fit, keys):
+            return {"slalom": 0.571, "stand still": 0.569, "coast": 0.9}[run.do]
+
+    wide = SimpleNamespace(cause=SimpleNamespace(effect="a", keys=("effects.a.x",)))
+    found = [e.do for e in narrowing(Alike(), None, wide)]
+    assert found == ["coast", "stand still", "slalom"]
+
+
+def run(do, seconds):
+    return Run(do, (Leg(np.array([0.0, seconds]), np.zeros(2), np.zeros(2)),))
 
 
 def test_every_run_stays_within_the_speed_and_the_cornering_of_the_log():

@@ -1,6 +1,7 @@
 """What rows held out may not show at all is an even chance at most."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 
@@ -45,3 +46,22 @@ def test_a_cause_is_as_sure_as_what_no_fit_saw_lets_it_be(monkeypatch, log, nats
     assert cause.cause.effect == "auxiliary_load"
     assert (cause.probability > EVEN) == sure
     assert found.status == ("explained" if sure else "partly_explained")
+
+
+@pytest.mark.parametrize(
+    ("varies", "imposed", "explained", "rests"),
+    [
+        (True, False, 0.07, True),
+        (True, False, 0.4, False),
+        (False, False, 0.07, False),  # its energy there is a prediction
+        (True, True, 0.07, False),  # the speed's noise is in all that is left
+    ],
+)
+def test_energy_of_rows_that_a_course_was_fitted_to_proves_nothing(
+    varies, imposed, explained, rests
+):
+    drive = SimpleNamespace(drive=SimpleNamespace(imposed=imposed))
+    causes = [SimpleNamespace(profiles={0: "a course"} if varies else {})]
+    stands = SimpleNamespace(causes=causes, engine=SimpleNamespace(problems=[drive]))
+    proof = SimpleNamespace(shrink=SimpleNamespace(explained=explained))
+    assert proven.rests_on_a_course(stands, proof) == rests

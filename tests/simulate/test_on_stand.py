@@ -66,6 +66,17 @@ def test_wheels_that_steer_in_the_air_turn_nothing(drives):
     np.testing.assert_array_equal(one, other)
 
 
+@pytest.mark.parametrize("drives", ["speed_mps", "speed_ref_mps"])
+def test_nor_do_wheels_that_stand_askew(drives):
+    """It yawed on its stand: a spin seemed to tell all from any steering's offset."""
+    straight = log(1)
+    columns = Trace(dict(straight.columns) | {drives: straight["speed_mps"]})
+    askew = car().changed(effects={"steering_offset": {"angle_rad": -0.03}})
+    one, other = (replay(v, drive_of(columns, v)) for v in (car(), askew))
+    assert not other["yaw_rate_radps"].any()
+    np.testing.assert_array_equal(one["motor_torque_nm"], other["motor_torque_nm"])
+
+
 def test_heavier_wheels_take_more():
     vehicle = car()
     drive = drive_of(log(1), vehicle)

@@ -21,12 +21,11 @@ from rcc_sim.diagnose.causes.strengths import CLIMBS
 from rcc_sim.diagnose.fitting.engine import ALIKE, GIVEN, Engine
 from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.residuals.problem import Problem
+from rcc_sim.diagnose.residuals.shapes import FELT
 from rcc_sim.units import G
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-
-FELT = "accel_x_mps2"
 
 DISAGREES = "disagrees"
 

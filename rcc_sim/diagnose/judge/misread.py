@@ -19,7 +19,7 @@ from rcc_sim.diagnose.fitting.knobs import (
 )
 from rcc_sim.diagnose.fitting.pulls import pulled
 from rcc_sim.diagnose.judge import restless
-from rcc_sim.diagnose.judge.direct import FELT, disagreeing
+from rcc_sim.diagnose.judge.direct import disagreeing
 from rcc_sim.diagnose.judge.restless import Mask
 from rcc_sim.diagnose.judge.verdict import TOLERATED
 from rcc_sim.diagnose.profiles.altimeter import Wander
@@ -27,7 +27,7 @@ from rcc_sim.diagnose.profiles.forms import CORNERING
 from rcc_sim.diagnose.profiles.remainder import Remainder
 from rcc_sim.diagnose.residuals.lateness import battery_channel
 from rcc_sim.diagnose.residuals.problem import Problem
-from rcc_sim.diagnose.residuals.shapes import ALTIMETER, SCALE
+from rcc_sim.diagnose.residuals.shapes import ALTIMETER, FELT, SCALE
 from rcc_sim.diagnose.residuals.terminals import (
     CURRENT,
     RESISTANCE,

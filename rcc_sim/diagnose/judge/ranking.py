@@ -21,7 +21,8 @@ def ranking(
     cause stands, no candidate counts for more than what it needs, whatever it gained;
     a gap that stays unexplained is something unknown. Those that the logs cannot tell
     from a cause name it, and share its probability, which is that one of them acts.
-    What the least sure cause leaves is the others'.
+    What the least sure cause leaves is the others'; something unknown's, if that cause
+    varies and is no surer for what may be in its place.
     """
     gains: Mapping[str, float] = found.ranking
     tied = {e: a.cause.effect for a in asserted for e in a.cause.tied}
@@ -38,7 +39,8 @@ def ranking(
     free = {e: x for e, x in beyond.items() if e not in sure and e not in tied}
     likeliest = max(free.values())
     weights = {e: exp((x - likeliest) / SOFT) for e, x in free.items()}
-    if EVEN in sure.values():  # beside another vehicle's figures, who knows
+    rivalled = any(a.cause.profiles and a.cause.rival for a in asserted)
+    if rivalled or EVEN in sure.values():  # beside another vehicle's figures, who knows
         weights = {"unknown": 1.0}
     others = sum(weights.values())
     shared = {

@@ -16,6 +16,7 @@ from rcc_sim.diagnose.profiles.probe import Probe
 from rcc_sim.diagnose.profiles.remainder import Remainder
 from rcc_sim.diagnose.profiles.switched import LOAD
 from rcc_sim.diagnose.profiles.varying import WINDOW_COUNTS, every_count, held
+from rcc_sim.diagnose.residuals.shapes import FELT
 from rcc_sim.physics.effects import EFFECTS
 from rcc_sim.side_by_side import each
 
@@ -28,7 +29,9 @@ def beside_a_drag(engine: Engine, fit: Fit, cause: Cause, left: Remainder) -> Ca
     fit leaves a doubt, each is weighed together with the noise that it leaves itself:
     the fit's holds the hill, and with it what an accelerometer felt. Of nine drives
     over hills, two measured ones among them, the hill is 13 nats likelier in the
-    closest. One that was hidden has been weighed so.
+    closest. Without an accelerometer that comes of what their courses happen to make
+    of a course that suits all of them: the more doubtful of both counts. One that was
+    hidden has been weighed so.
     """
     if cause.effect not in (HILL, WIND) or cause.weighed:
         return cause
@@ -47,7 +50,8 @@ def beside_a_drag(engine: Engine, fit: Fit, cause: Cause, left: Remainder) -> Ca
         if has_needs(engine.vehicle, EFFECTS[LOAD]):
             every.append((*PROFILES[LOAD], WINDOW_COUNTS))
         own, *others = each(lambda one: with_own_noise(engine, fit, *one), every)
-        rival = max(cause.gain - own + max(others), 0.0)
+        felt = any(FELT in p.channels for p in engine.problems)
+        rival = max(cause.gain - own + max(others), 0.0 if felt else rival)
     return replace(cause, rival=rival)
 
 

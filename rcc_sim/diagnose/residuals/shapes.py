@@ -31,6 +31,9 @@ Array = NDArray[np.float64]
 
 TORQUE, ALTIMETER = "motor_torque_nm", "elevation_m"
 
+FELT = "accel_x_mps2"
+"""Column in which a slope is felt, and no drag."""
+
 LATERAL = ("yaw_rate_radps", TURN_RATE, "accel_y_mps2")
 
 BEYOND_SHAFT = (VOLTAGE, CURRENT, POWER)
@@ -119,7 +122,7 @@ def bends_of(problem: Problem) -> dict[str, list[Array]]:
         return {}
     straight = drive.commanded(steer=np.zeros_like(drive.commands.steer))
     on = replace(problem, drive=straight).predict({})
-    unmoved = (*LATERAL, "accel_x_mps2")
+    unmoved = (*LATERAL, FELT)
     drag = [
         np.nan_to_num(problem.nominal[c] - on[c]) * (c not in unmoved)
         for c in problem.channels
@@ -157,7 +160,7 @@ def load_transfer_of(problem: Problem) -> list[Array]:
     if not steered or problem.charge is not None:
         return []
     body, wheelbase = problem.vehicle.body, problem.vehicle.wheelbase
-    felt = np.nan_to_num(problem.nominal["accel_x_mps2"]) / G
+    felt = np.nan_to_num(problem.nominal[FELT]) / G
     arms = body.cg_to_rear_axle_m.value, -body.cg_to_front_axle_m.value
     told = [np.zeros(len(felt)) for _ in problem.channels]
     for key, arm in zip(STIFFNESS, arms, strict=True):
