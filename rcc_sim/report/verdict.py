@@ -95,6 +95,18 @@ def verdict_of(diagnosis: Mapping[str, Any]) -> str:
     return sentence[:1].upper() + sentence[1:] + end if sentence else ""
 
 
+def in_its_place(gains: Mapping[str, float], key: str, sds: float) -> str:
+    """Return what may act where a figure is so far off instead, if anything may.
+
+    That is the effect that gains most, if it is half of what the figure costs: with d
+    standard deviations, d²/2 nats.
+    """
+    others = {e: gain for e, gain in gains.items() if f".{e}." not in key}
+    best = max(others, key=others.__getitem__, default="")
+    enough = others.get(best, 0.0) >= 0.25 * sds**2
+    return f", or {best} acts in its place" if enough else ""
+
+
 def takes_it_up(key: str, sds: float) -> str:
     """Return what is said of an energy gap that stated figures close, one the most.
 

@@ -21,6 +21,7 @@ def found(probabilities=(), shrink=(0.9, 0.8, 1.0)):
         status="explained",
         short=(),
         taken_up=False,
+        found=SimpleNamespace(ranking={}),
         moved={},
         asked=(),
         asserted=[SimpleNamespace(probability=p) for p in probabilities],
@@ -54,6 +55,10 @@ def test_a_figure_far_off_without_a_gap_is_said_to_be_what_is_wrong():
     one.status, one.moved = "no_gap", {"tyres.radius_m": -4.4}
     one.gaps[0].energy.within = True
     end = "if tyres.radius_m is 4.4 sds off what is stated: that is then what is wrong"
+    assert _verdict(one).endswith(end)
+    one.found.ranking = {"wheel_radius": 6.0, "payload": 2.0}
+    assert _verdict(one).endswith(f"{end}, or wheel_radius acts in its place")
+    one.found.ranking = {"wheel_radius": 4.5, "payload": 2.0}  # it costs 9.7 nats
     assert _verdict(one).endswith(end)
     one.moved = {"tyres.radius_m": -2.0}
     assert "tyres" not in _verdict(one)

@@ -43,7 +43,7 @@ UNITS: dict[str, tuple[tuple[float, str], ...]] = {
         (2.2369, "mph"),
         (1000.0, "mm/s"),
         (100.0, "cm/s"),
-        (1 / 3.6, "m/s under a name that says km/h"),
+        (1 / 3.6, "m/s that were taken for km/h"),
     ),
     "speed_ref_mps": ((3.6, "km/h"), (2.2369, "mph"), (1000.0, "mm/s")),
     "steer_cmd_rad": ((DEG, "degrees"),),
