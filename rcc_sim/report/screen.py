@@ -219,7 +219,7 @@ def _verdict(found: Diagnosis) -> str:
     key, sds = next(iter(found.moved.items()), ("", 0.0))
     if found.status == "no_gap" and abs(sds) >= DOUBTFUL:
         told += f", if {key} is {off_by(sds)}: that is then what is wrong"
-        told += in_its_place(found.found.ranking, key, sds)
+        told += in_its_place(found.found.ranking, found.vehicle.known, key, sds)
     if found.status == "no_gap" and False in energies:
         told = told.replace("no gap", "no cause: no gap row by row")
         closed = key and closes(found.proof.before, found.proof.after)

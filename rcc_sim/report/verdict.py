@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from rcc_sim.diagnose.fitting.pulls import is_of
 from rcc_sim.diagnose.judge.energies import TELLS_NOTHING, stays_off
+from rcc_sim.physics.effect import Effect
 from rcc_sim.report.text import figures, listed, percent, probable, signed
 from rcc_sim.units import SUFFIXES, unit_of
 
@@ -95,16 +97,18 @@ def verdict_of(diagnosis: Mapping[str, Any]) -> str:
     return sentence[:1].upper() + sentence[1:] + end if sentence else ""
 
 
-def in_its_place(gains: Mapping[str, float], key: str, sds: float) -> str:
+def in_its_place(
+    gains: Mapping[str, float], known: Mapping[str, Effect], key: str, sds: float
+) -> str:
     """Return what may act where a figure is so far off instead, if anything may.
 
     That is the effect that gains most, if it is half of what the figure costs: with d
     standard deviations, d²/2 nats.
     """
-    others = {e: gain for e, gain in gains.items() if f".{e}." not in key}
+    others = {e: gain for e, gain in gains.items() if not is_of(known[e], key)}
     best = max(others, key=others.__getitem__, default="")
     enough = others.get(best, 0.0) >= 0.25 * sds**2
-    return f", or {best} acts in its place" if enough else ""
+    return f", or {best} acts in its place" if enough and best else ""
 
 
 def takes_it_up(key: str, sds: float) -> str:

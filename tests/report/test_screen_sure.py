@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.causes.cause import Cause
 from rcc_sim.diagnose.causes.profile import Profile
 from rcc_sim.diagnose.proof.shrink import Shrink
@@ -22,6 +23,7 @@ def found(probabilities=(), shrink=(0.9, 0.8, 1.0)):
         short=(),
         taken_up=False,
         found=SimpleNamespace(ranking={}),
+        vehicle=load_vehicle("rcc"),
         moved={},
         asked=(),
         asserted=[SimpleNamespace(probability=p) for p in probabilities],
@@ -56,9 +58,9 @@ def test_a_figure_far_off_without_a_gap_is_said_to_be_what_is_wrong():
     one.gaps[0].energy.within = True
     end = "if tyres.radius_m is 4.4 sds off what is stated: that is then what is wrong"
     assert _verdict(one).endswith(end)
-    one.found.ranking = {"wheel_radius": 6.0, "payload": 2.0}
-    assert _verdict(one).endswith(f"{end}, or wheel_radius acts in its place")
-    one.found.ranking = {"wheel_radius": 4.5, "payload": 2.0}  # it costs 9.7 nats
+    one.found.ranking = {"wheel_radius": 9.0, "headwind": 6.0}  # the first is itself
+    assert _verdict(one).endswith(f"{end}, or headwind acts in its place")
+    one.found.ranking = {"headwind": 4.5, "payload": 2.0}  # it costs 9.7 nats
     assert _verdict(one).endswith(end)
     one.moved = {"tyres.radius_m": -2.0}
     assert "tyres" not in _verdict(one)

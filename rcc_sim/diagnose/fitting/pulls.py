@@ -10,6 +10,9 @@ from scipy.special import chdtrc, ndtri_exp
 
 from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.fitting.knobs import RADIUS, Knob
+from rcc_sim.physics.effect import Effect
+
+STATED_RADIUS = "tyres.radius_m"
 
 TOO_FAR = 3.0
 """Standard deviations beyond which a tolerance that is pulled stands for a cause."""
@@ -55,10 +58,18 @@ def moved_together(fit: Fit, stated: Collection[str]) -> float:
     return -float(ndtri_exp(log(chance / 2)))
 
 
+def is_of(effect: Effect, key: str) -> bool:
+    """Tell whether an effect is that a stated figure is another than stated."""
+    own = f"effects.{effect.id}."
+    factors = (p.sought.same_as for p in effect.params if p.is_factor)
+    radius = key == STATED_RADIUS and RADIUS.startswith(own)
+    return key.startswith(own) or radius or key in factors
+
+
 def _tolerances(fit: Fit, stated: Collection[str]) -> dict[str, Knob]:
     """Return what a fit could move of what a file states, by the file's own names."""
     names = {key: key for key in stated}
-    names.setdefault(RADIUS, "tyres.radius_m")
+    names.setdefault(RADIUS, STATED_RADIUS)
     free = (k for k in fit.knobs if k.key in names and isfinite(k.sd))
     return {names[k.key]: k for k in free}
 
