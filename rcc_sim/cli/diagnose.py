@@ -341,6 +341,8 @@ def _of_mended(found: Diagnosis, vehicle: Path) -> Iterator[str]:
         yield f"{vehicle} has {a.cause.effect}; it might as well be {tied}"
     if not found.asserted:
         told = f"{len(found.figures())} stated figures as these logs have them"
+        real = found.status == "unexplained"
+        told += "; they may stand in for what nothing explains" * real
         yield f"no cause; {vehicle} holds {told}"
     if "wheel_radius" in found.effects().keys() - {
         a.cause.effect for a in found.asserted

@@ -144,15 +144,27 @@ def test_what_several_logs_have_in_common_is_said_once(capsys):
     assert capsys.readouterr().err == "note: late\n"
 
 
+def unmended(status="no_gap", after=None):
+    """A diagnosis without a cause."""
+    return SimpleNamespace(
+        asserted=[], elsewhere={}, hidden=(), gaps=(1,), figures=dict, effects=dict,
+        proof=SimpleNamespace(before=51.7, after=after), status=status,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("status", ["no_gap", "unexplained"])
+def test_figures_beside_a_gap_that_nothing_explains_may_stand_in_for_it(status):
+    """A controller that cuts its current was an integral gain 8.3 sds off."""
+    (note,) = _of_mended(unmended(status), Path("m.toml"))
+    assert ("stand in" in note) == (status == "unexplained")
+
+
 @pytest.mark.parametrize(
     ("after", "told"), [(77.8, True), (52.9, False), (None, False)]
 )
 def test_a_mended_file_with_which_the_energy_gap_grows_says_so(after, told):
     """A mass of a third may suit each row, and not the energy."""
-    found = SimpleNamespace(
-        asserted=[], elsewhere={}, hidden=(), gaps=(1,), figures=dict, effects=dict,
-        proof=SimpleNamespace(before=51.7, after=after),
-    )  # fmt: skip
+    found = unmended(after=after)
     notes = [n for n in _of_mended(found, Path("m.toml")) if "grows" in n]
     assert bool(notes) is told
     assert not told or "from +51.7 to +77.8 %" in notes[0]

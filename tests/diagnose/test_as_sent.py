@@ -18,7 +18,6 @@ from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.knobs import Knob
 from rcc_sim.diagnose.judge.misread import until_their_rows
-from rcc_sim.diagnose.profiles.remainder import UNKNOWN_ENOUGH, Remainder
 from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.diagnose.search.as_sent import Likelier, freed, spares
@@ -128,13 +127,12 @@ def test_what_is_left_of_cornering_makes_that_of_a_steering_doubtful(asked):
     problem = problem_of(stepped(asked, 0.05).log, CAR)
     later = replace(problem, drive=replace(problem.drive, held=(BEFORE, BEFORE)))
 
-    def told(acts_as):
-        left = Remainder(UNKNOWN_ENOUGH + 1.0, acts_as, "time_s", [])
-        return [f.what.split()[0] for f in until_their_rows(later, left)]
+    def told(bends):
+        return [f.what.split()[0] for f in until_their_rows(later, bends=bends)]
 
-    assert told("drag") == ["was", "was"]
-    assert told("steer") == ["was", "may"]
-    assert not until_their_rows(problem, None)
+    assert told(False) == ["was", "was"]
+    assert told(True) == ["was", "may"]
+    assert not until_their_rows(problem, bends=True)
 
 
 STEERING = ("steering_delay", "steering_lag", "tyre_relaxation", "sensor_delay")

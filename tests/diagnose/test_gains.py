@@ -8,7 +8,9 @@ from rcc_sim.blind.make import make
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.sensors import SCALES
 from rcc_sim.definitions.vehicle import load_vehicle
-from rcc_sim.diagnose.fitting.knobs import bias_knobs, scale_key
+from rcc_sim.diagnose.fitting.fit import Fit
+from rcc_sim.diagnose.fitting.knobs import Knob, bias_knobs, scale_key
+from rcc_sim.diagnose.judge.misread import gains
 from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.simulate.run import simulate
@@ -84,3 +86,12 @@ def test_a_gyro_that_is_a_little_off_blames_no_steering(tmp_path):
         assert diagnose([opened], car).asserted == ()
         exact = car.changed(settings={"sensors.yaw_rate_radps.scale_sd": 0.0005})
         assert diagnose([opened], exact).asserted != ()
+
+
+@pytest.mark.parametrize("column", ["yaw_rate_radps", "battery_power_w"])
+def test_what_is_left_in_bends_makes_a_gain_doubtful_of_what_shows_them(column):
+    knob = Knob(scale_key(0, column), 0.0, 0.01)
+    fit = Fit({knob.key: 0.05}, (knob,), 0.0, 0.0, [], [])
+    (plain,), (beside,) = (gains(fit, bends=bends) for bends in (False, True))
+    assert plain.what == beside.what and "seem so" not in plain.action
+    assert ("seem so" in beside.action) == (column == "yaw_rate_radps")

@@ -27,7 +27,7 @@ from rcc_sim.diagnose.profiles.forms import CORNERING
 from rcc_sim.diagnose.profiles.remainder import Remainder
 from rcc_sim.diagnose.residuals.lateness import battery_channel
 from rcc_sim.diagnose.residuals.problem import Problem
-from rcc_sim.diagnose.residuals.shapes import ALTIMETER, FELT, SCALE
+from rcc_sim.diagnose.residuals.shapes import ALTIMETER, FELT, LATERAL, SCALE
 from rcc_sim.diagnose.residuals.terminals import (
     CURRENT,
     RESISTANCE,
@@ -81,13 +81,15 @@ MAY_BE = (
 )
 """What to say of heights that are off, or may be, and what to do."""
 
+SEEMS_SO = "what is left acts in bends, and may make it seem so"
+
 UNTIL = (
     "was in force until the row that shows it, not from it on",
     "the fit takes it so; for the gap and other tools, move it up by a row",
 )
 MAY_BE_UNTIL = (
     "may have been in force until the row that shows it, not from it on",
-    "the fit takes it so, but what is left acts there too, and may make it seem so",
+    f"the fit takes it so, but {SEEMS_SO}",
 )
 """What to say of a command that acted before its row, or may have, and what to do."""
 
@@ -125,10 +127,11 @@ def findings_of(
         Which of the logs.
     """
     problem = engine.problems[log]
+    bends = left.log == log and left.is_real and left.acts_as in CORNERING
     return (
-        *misread(fit, log),
+        *misread(fit, log, bends=bends),
         *behind(fit, problem),
-        *until_their_rows(problem, left if left.log == log else None),
+        *until_their_rows(problem, bends=bends),
         *of_heights(wanders, log, accelerometer=FELT in problem.channels),
         *disagreeing(engine, fit, log),
         *restless.coming_and_going(engine, causes, loose, log),
@@ -138,13 +141,15 @@ def findings_of(
     )
 
 
-def misread(fit: Fit, log: int = 0) -> tuple[Finding, ...]:
+def misread(fit: Fit, log: int = 0, *, bends: bool = False) -> tuple[Finding, ...]:
     """Return what to say of the sensors of a log that the rest of it contradicts.
 
     Slopes that are not those of the road pass for offsets, which are told without them.
+    What is left in ``bends`` may pass for a gain of what shows them.
     """
     shown = climbs(fit, log)
-    return shown + gains(fit, log) + (() if shown else offsets(fit, log))
+    told = gains(fit, log, bends=bends)
+    return shown + told + (() if shown else offsets(fit, log))
 
 
 def of_heights(
@@ -184,17 +189,16 @@ def behind(fit: Fit, problem: Problem) -> tuple[Finding, ...]:
     )
 
 
-def until_their_rows(problem: Problem, left: Remainder | None) -> tuple[Finding, ...]:
+def until_their_rows(problem: Problem, *, bends: bool) -> tuple[Finding, ...]:
     """Return what to say of commands that were in force when their rows were written.
 
     As of a loop that steps the vehicle, and then logs what it did and what it saw. What
-    is left of cornering may make a steering seem so.
+    is left in ``bends`` may make a steering seem so.
     """
     columns = (COMMANDS.get(problem.vehicle.mode, ""), "steer_cmd_rad")
-    bent = left is not None and left.is_real and left.acts_as in CORNERING
     found = []
     for column, held, unsure in zip(
-        columns, problem.drive.held, (False, bent), strict=True
+        columns, problem.drive.held, (False, bends), strict=True
     ):
         if held != BEFORE or column not in problem.log:
             continue
@@ -310,7 +314,7 @@ def unjudged(problem: Problem, causes: Sequence[Cause]) -> tuple[Finding, ...]:
     )
 
 
-def gains(fit: Fit, log: int = 0) -> tuple[Finding, ...]:
+def gains(fit: Fit, log: int = 0, *, bends: bool = False) -> tuple[Finding, ...]:
     """Return the sensors that a fit takes to read too much, or too little."""
     found = []
     for knob in fit.knobs:
@@ -319,14 +323,15 @@ def gains(fit: Fit, log: int = 0) -> tuple[Finding, ...]:
         if column == ALTIMETER or abs(pull) < GAINED:
             continue
         times = 1 + fit.values[knob.key]
+        unsure = bends and column in LATERAL
         found.append(
             Finding(
                 "misread",
                 column,
                 f"reads {times:.3g} times what the rest of the log says "
                 f"({pull:+.1f} sd of its gain)",
-                action="the fit takes it so; [sensors] scale_sd states how far it may "
-                "be off",
+                action=f"the fit takes it so{f', but {SEEMS_SO}' * unsure}; [sensors] "
+                "scale_sd states how far it may be off",
                 severity="warning",
                 factor=round(1 / times, 4),
             )
