@@ -44,7 +44,7 @@ WAYS = {
     "power": "a power",
     "mass": "a mass",
     "steer": "an angle of the wheels",
-    "grip": "a grip",
+    "grip": "another grip of the tyres",
     "efficiency": "an efficiency",
     "feed": "an infeed to the battery (or a meter off by it)",
 }
@@ -76,16 +76,19 @@ def title_of(column: str) -> str:
 def way_of(acts_as: str, course: Mapping[str, Any] | None = None) -> str:
     """Return how something unknown acts, in words; an effect's own id for itself.
 
-    With its ``course``, from what to what, where that is known as well as anywhere.
+    With its ``course``, from what to what, where that is known as well as anywhere; not
+    of a grip, of which a small change tells little of a large one.
 
     >>> way_of("steer"), way_of("rolling_resistance")
     ('an angle of the wheels', 'a changing rolling_resistance')
     >>> course = {"value": [-50.0, 800.0, 0.0], "sd": [30.0, 400.0, 20.0]}
     >>> way_of("mass", {"figure": "effects.payload.mass_kg", **course})
     'a mass (−50 to 0 kg beside what is stated)'
+    >>> way_of("grip", {"figure": "effects.tyre_saturation.friction_coefficient"})
+    'another grip of the tyres'
     """
     told = WAYS.get(acts_as, f"a changing {acts_as}")
-    if not course:
+    if not course or acts_as == "grip":
         return told
     pairs = list(zip(course["value"], course["sd"], strict=True))
     least = KNOWN * min(sd for _, sd in pairs)
