@@ -108,7 +108,7 @@ def in_its_place(
     others = {e: gain for e, gain in gains.items() if not is_of(known[e], key)}
     best = max(others, key=others.__getitem__, default="")
     enough = others.get(best, 0.0) >= 0.25 * sds**2
-    return f", or {best} acts in its place" if enough and best else ""
+    return f", or {best} acts in its place" if enough else ""
 
 
 def takes_it_up(key: str, sds: float) -> str:
