@@ -2,13 +2,15 @@
 
     python -m benchmarks.clean_drives --jobs 2
 
-A car's speed is imposed by an EPA schedule, or by a drive that bends everywhere, with
-noise of usual sensors on every channel. The log holds means since the row before, at 1
-to 10 Hz; or samples, 30 ms off the schedule's clock; or samples of a drive whose
-corners are its rows; or means in steps, as a CAN bus gives them, of 0.1 km/h, 0.5 V and
-0.1 A. It is diagnosed with all channels, without the motor's torque or
-the accelerometer, and with speed and battery alone. Nothing is withheld, so that every
-cause named is a false alarm.
+A car's speed is imposed by an EPA schedule, by a drive that bends everywhere, or by one
+of ramps whose corners are anywhere, with noise of usual sensors on every channel. The
+log holds means since the row before, at 1 to 10 Hz; or samples, 30 ms off the
+schedule's clock; or samples of a drive whose corners are its rows; or means in steps,
+as a CAN bus gives them, of 0.1 km/h, 0.5 V and 0.1 A; or samples a second apart, as a
+diagnostic socket gives them when asked, of the speed first and 0.2 s later of all else.
+It is diagnosed with all channels, without the motor's torque or the accelerometer, and
+with speed and battery alone. Nothing is withheld, so that every cause named is a false
+alarm.
 """
 
 from __future__ import annotations
@@ -33,8 +35,8 @@ from rcc_sim.diagnose.run import diagnose
 from rcc_sim.simulate.run import simulate
 
 CARS = ("r1t_epa", "bmw_i3", "tesla_model_3")
-TRAFFIC = "traffic"
-CYCLES = ("udds[0:600]", "hwfet", "us06", "nycc", TRAFFIC)
+TRAFFIC, RAMPS = "traffic", "ramps"
+CYCLES = ("udds[0:600]", "hwfet", "us06", "nycc", TRAFFIC, RAMPS)
 FINE = 200.0  # Hz; of the run of which samples are taken
 PHASE = 0.03  # s; of the logger's clock beside the schedule's
 LOGGERS = (
@@ -42,6 +44,7 @@ LOGGERS = (
     *(("samples", rate) for rate in (5.0, 10.0)),
     ("corners", 10.0),
     *(("steps", rate) for rate in (5.0, 10.0)),
+    ("polled", 1.0),
 )
 NOISE = {
     "speed_mps": 0.03,
@@ -61,8 +64,11 @@ STEPS = {
 }
 """Column -> what a bus rounds it to, in its unit."""
 
-QUIET = 0.1
-"""Share of such noise that a bus's speed holds before it is rounded."""
+QUIET = {"steps": 0.1, "polled": 0.3}
+"""Share of such noise that a speed holds before it is rounded, or asked for."""
+
+ASKED = 0.2
+"""Time after the speed at which a socket is asked for all else. [s]"""
 
 LACKS: dict[str, tuple[str, ...]] = {
     "all": (),
@@ -74,7 +80,12 @@ LACKS: dict[str, tuple[str, ...]] = {
 
 
 def schedule_of(name: str) -> Cycle:
-    """Return a schedule, or 15 minutes of speeds that a foot changes all the time."""
+    """Return a schedule; 15 minutes of speeds that a foot changes all the time; or 25.
+
+    These of ramps at 0.4 to 1.4 m/s², with 5 to 40 s of an even speed between them.
+    """
+    if name == RAMPS:
+        return ramps()
     if name != TRAFFIC:
         return parse_cycle(name)
     rng = np.random.default_rng(7)
@@ -83,12 +94,30 @@ def schedule_of(name: str) -> Cycle:
     return Cycle(name, time, np.maximum(speed(time), 0.0))
 
 
+def ramps() -> Cycle:
+    """Return speeds that change by ramps, of which one in five leads to a stop."""
+    rng = np.random.default_rng(11)
+    time, speed = [0.0, rng.uniform(5.0, 20.0)], [0.0, 0.0]
+    while time[-1] < 1500.0:
+        goal = 0.0 if rng.random() < 0.2 and speed[-1] > 0 else rng.uniform(4.0, 29.0)
+        takes = abs(goal - speed[-1]) / rng.uniform(0.4, 1.4)
+        time += [time[-1] + takes, time[-1] + takes + rng.uniform(5.0, 40.0)]
+        speed += [goal, goal]
+    rows = np.arange(0.0, 1500.0, 1 / FINE)
+    return Cycle(RAMPS, rows, np.interp(rows, time, speed))
+
+
 def drive(car: str, cycle: str, how: str, rate: float) -> pd.DataFrame:
     """Return a log, with noise; how it was logged, and at which rate. [Hz]"""
     schedule, many = schedule_of(cycle), round(FINE / rate)
     run = simulate(load_vehicle(car), schedule, imposed=True, output_rate=FINE)
-    first = round(PHASE * FINE) if how == "samples" else 0
+    first = round(PHASE * FINE) if how in ("samples", "polled") else 0
     columns = {c: run.trace[c][first::many] for c in ("time_s", *NOISE)}
+    if how == "polled":
+        late = first + round(ASKED * FINE)
+        kept = len(run.trace["time_s"][late::many])
+        columns |= {c: run.trace[c][late::many] for c in NOISE.keys() - {"speed_mps"}}
+        columns = {c: x[:kept] for c, x in columns.items()}
     if how in ("means", "steps"):
         rows = np.arange(0, len(run.trace), many)
         for c in NOISE.keys() - {"speed_mps"}:
@@ -99,7 +128,7 @@ def drive(car: str, cycle: str, how: str, rate: float) -> pd.DataFrame:
     seed = zlib.crc32(f"{car} {cycle} {how} {rate:g}".encode())
     rng = np.random.default_rng(seed)
     for name, sd in NOISE.items():
-        size = sd * QUIET if how == "steps" and name == "speed_mps" else sd
+        size = sd * QUIET.get(how, 1.0) if name == "speed_mps" else sd
         columns[name] = columns[name] + rng.normal(0.0, size, len(columns["time_s"]))
     columns["speed_mps"] = np.maximum(columns["speed_mps"], 0.0)
     if how == "steps":
@@ -124,7 +153,7 @@ def main() -> None:
     """Print each drive that names a cause or is unexplained, and how many there are."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--jobs", type=int, default=1)
-    parser.add_argument("--how", help="means, samples, corners or steps alone")
+    parser.add_argument("--how", help="means, samples, corners, steps or polled alone")
     asked = parser.parse_args()
     jobs = asked.jobs
     loggers = [one for one in LOGGERS if asked.how in (None, one[0])]

@@ -17,7 +17,7 @@ from rcc_sim.physics.rows import Commands, Measured
 from rcc_sim.physics.tables import LINE, SINCE
 from rcc_sim.simulate.holes import in_holes
 from rcc_sim.simulate.road import surveyed_slope
-from rcc_sim.simulate.smooth import smoothed
+from rcc_sim.simulate.smooth import slope_at, smoothed
 from rcc_sim.trace import Trace, integral_of
 
 Array = NDArray[np.float64]
@@ -182,7 +182,7 @@ def drive_of(log: Trace, vehicle: Vehicle, window: float = 0.01) -> Drive:
         means = len(time) > 1 and window >= SAMPLED * interval_of(time)
         speed, accel, smear = smoothed(time, speed, felt, means=means)
         if len(time) > 2 and not accel.any() and not means:
-            accel = np.where(speed > 0, np.gradient(speed, time), 0.0)
+            accel = np.where(speed > 0, slope_at(time, speed), 0.0)
     road, distance = _road(log, vehicle, time, speed)
     ref, steer, throttle, aux, wind, yaw_rate = (
         whole(log, column)

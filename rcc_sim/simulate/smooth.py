@@ -54,6 +54,9 @@ SELDOM = 0.25
 """Usual interval from which on a drive bends more from row to row than what its steps
 are off by. [s]"""
 
+EVEN = 1e-6
+"""Change of slope [m/s²] below which a speed is straight."""
+
 PIECES = 10
 """Times that a reading counts at most that stands for long."""
 
@@ -119,6 +122,34 @@ def smoothed(
     calm = without_noise(time, told, noise, felt=felt)
     moves = ~(stands(speed) | is_nil(time, speed, noise))
     return Smoothed(moves * calm.speed, moves * calm.accel, calm.smear)
+
+
+def slope_at(time: Array, speed: Array) -> Array:
+    """Return the acceleration [m/s²] at the rows of a speed that is not smoothed.
+
+    Of the slopes before and after a row the straighter counts more,
+
+        a = (w- a- + w+ a+) / (w- + w+),  w = (6 s² + c²)^-2,
+
+    c being the change of slope beside it, and s the noise of a slope (weighted
+    essentially non-oscillatory differences, Jiang and Shu 1996): where a drive bends
+    between two rows, neither side's slope is that of the other. Halfway in a steady
+    bend, and where the noise is all that bends.
+    """
+    before, after = slopes_beside(time, speed)
+    noise = sensor_noise(speed) / interval_of(time)
+    least = max(6 * noise**2, EVEN**2)
+    turns = (after - before) ** 2
+    turned, turning = np.append(turns[0], turns[:-1]), np.append(turns[1:], turns[-1])
+    w, u = (1 / (least + turned) ** 2), (1 / (least + turning) ** 2)
+    slope: Array = (w * before + u * after) / (w + u)
+    return slope
+
+
+def slopes_beside(time: Array, speed: Array) -> tuple[Array, Array]:
+    """Return the slopes [m/s²] before and after each row; at an end the only one."""
+    along = np.diff(speed) / np.diff(time)
+    return np.append(along[0], along), np.append(along, along[-1])
 
 
 def stands(speed: Array) -> NDArray[np.bool_]:

@@ -1,6 +1,5 @@
 """Readings that come late are a sensor's delay; no hill, load or mass."""
 
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,8 +10,9 @@ from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.fitting.descent import of_tolerances
 from rcc_sim.diagnose.fitting.engine import Engine
-from rcc_sim.diagnose.fitting.knobs import BATTERY_LATE, Knob
+from rcc_sim.diagnose.fitting.knobs import offsets_of
 from rcc_sim.diagnose.judge.misread import behind
+from rcc_sim.diagnose.residuals.lateness import as_late
 from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.simulate.drive import drive_of
@@ -167,7 +167,7 @@ def test_a_log_that_was_polled_may_have_its_battery_a_little_late(late_s):
     # a mean since the row before is as late as a sample of half a row ago
     (problem,) = found.found.engine.problems
     behind = 0.5 * min(problem.drive.window, problem.row)
-    value = found.fit.values[BATTERY_LATE]
+    value = as_late(offsets_of(found.fit.values, 0), problem.row)
     assert value == pytest.approx(late_s - behind, abs=0.25 * problem.row)
     told = [f for f in found.gap.findings if f.kind == "late"]
     assert len(told) == (late_s > 0.5)  # half a row is nothing to speak of
@@ -180,18 +180,17 @@ def test_how_late_one_comes_is_told_to_a_quarter_of_a_row(late_s):
     engine = Engine([problem_of(polled(late_s).log, CAR)])
     (problem,) = engine.problems
     behind = 0.5 * min(problem.drive.window, problem.row)
-    found = of_tolerances(engine).values[BATTERY_LATE] + behind
+    off = offsets_of(of_tolerances(engine).values, 0)
+    found = as_late(off, problem.row) + behind
     assert found == pytest.approx(late_s, abs=0.25 * problem.row)
 
 
 def test_a_delay_that_is_stated_or_named_is_not_doubted_besides():
     log, stated = polled(1.0).log, {"value": 0.7, "sd": 0.2}
     knows = CAR.changed(settings={"sensors.battery_current_a.latency_s": stated})
-    found = {BATTERY_LATE: 0.9}
-    knob = Knob(BATTERY_LATE, 0.0, 0.5)
-    taken = SimpleNamespace(values=found, knobs=[knob])
-    named = SimpleNamespace(values=found, knobs=[replace(knob, sd=np.inf)])
-    here = problem_of(log, CAR)
-    assert [f.kind for f in behind(taken, here)] == ["late"]
-    assert not behind(named, here)
-    assert not behind(taken, problem_of(log, knows))
+    named = SimpleNamespace(effect="sensor_delay")
+    here, off = problem_of(log, CAR), {"flows_-1": 0.7, "flows_-2": 0.1}
+    (told,) = behind(here, [], off)
+    assert told.kind == "late" and "0.9 s later" in told.what
+    assert not behind(here, [named], off)
+    assert not behind(problem_of(log, knows), [], off)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import FIRM, Fit, Tangent, of_unit_diagonal
-from rcc_sim.diagnose.fitting.knobs import Knob, nuisance_knobs, starts_of
+from rcc_sim.diagnose.fitting.knobs import Knob, nuisance_knobs
 from rcc_sim.diagnose.noise.whitener import Whitener, curvature, weights
 from rcc_sim.side_by_side import each, first
 
@@ -98,8 +98,7 @@ def refit(
 
 def of_tolerances(engine: Engine) -> Fit:
     """Fit what the vehicle's file, and its sensors, may be off by, and no cause."""
-    problems = engine.problems
-    return fit(engine, starts_of(problems), nuisance_knobs(problems))
+    return fit(engine, {}, nuisance_knobs(engine.problems))
 
 
 def improved(engine: Engine, now: Fit, rounds: int, *, settled: bool = False) -> Fit:

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from rcc_sim.analyse.offsets import offset_sd
 from rcc_sim.definitions.vehicle import Vehicle
-from rcc_sim.diagnose.residuals.lateness import battery_channel, clear_delay
 from rcc_sim.diagnose.residuals.problem import SPEED_OFFSET, WHEELS, WHEELS_SD, Problem
 from rcc_sim.diagnose.residuals.shapes import SCALE
 from rcc_sim.diagnose.residuals.sizes import tells_slip
@@ -20,15 +19,6 @@ Array = NDArray[np.float64]
 
 CURRENT_LOOP_LAG = 0.003
 """Lag that any current loop may have; bandwidths are 50 Hz to some kHz. [s]"""
-
-DELAY = "sensor_delay"
-BATTERY_LATE = f"effects.{DELAY}.battery_delay_s"
-
-POLLED, ASKED = 0.25, 0.5
-"""Time between two rows [s] from which a logger may ask for its readings one after
-another, as at the diagnostic socket of a car; and rows by which one may then come later
-than another, one sd.
-"""
 
 LEAST = 0.2
 """Share of what is stated below which no mass, length or stiffness is."""
@@ -142,7 +132,7 @@ def tolerance_knobs(problems: Sequence[Problem]) -> list[Knob]:
     for key, figure in problem.vehicle.figures().items():
         if key == YAW_INERTIA and not any(p.drive.steered for p in problems):
             continue  # its torque is that of the yaw rate's noise
-        if key == SLIP and not any(tells_slip(p, figure.value) for p in problems):
+        if key == SLIP and not any(is_felt(p, figure.value) for p in problems):
             continue  # what it does is less than the drive is smeared by
         sd = figure.tolerance
         if sd > 0 and key == "tyres.radius_m":
@@ -154,6 +144,15 @@ def tolerance_knobs(problems: Sequence[Problem]) -> list[Knob]:
             acts = acts_of(problem.vehicle, key)
             knobs.append(Knob(key, figure.value, sd, low, high, acts=acts))
     return knobs
+
+
+def is_felt(problem: Problem, stiffness: float) -> bool:
+    """Tell whether a stated slip stiffness [N] may be a little off in a log.
+
+    What it costs, F² v / C, is felt wherever the speed is not smoothed; when it acts
+    only in fast rows.
+    """
+    return problem.drive.smear == 0 or tells_slip(problem, stiffness)
 
 
 def acts_of(vehicle: Vehicle, key: str) -> str:
@@ -233,41 +232,7 @@ def nuisance_knobs(problems: Sequence[Problem]) -> list[Knob]:
         key = "effects.motor_lag.time_constant_s"
         lag = CURRENT_LOOP_LAG
         knobs.append(Knob(key, 0.0, lag, low=0.0, high=1.0, step=lag / 3))
-    slow = slow_one(problems)
-    return knobs + (delay_knobs(slow) if slow else [])
-
-
-def delay_knobs(problem: Problem) -> list[Knob]:
-    """The delay that the battery's readings may have beside the speed in a slow log.
-
-    Which of the two was asked first no log says: it may be less than nil. Were it not,
-    a speed two rows late and a battery nearly as late would explain one that is early.
-    None where a torque drives the model: what its clock does to them are shapes of
-    their own. Nor where they, or the speed, are clearly late: that is a cause.
-    """
-    row, vehicle = problem.row, problem.vehicle
-    told = problem.torqued or problem.charge is not None or DELAY in vehicle.effects
-    asked = problem.drive.imposed and row >= POLLED and battery_channel(problem)
-    if told or not asked or clear_delay(problem):
-        return []
-    low, high = vehicle.known[DELAY].param("battery_delay_s").bounds
-    return [Knob(BATTERY_LATE, 0.0, ASKED * row, low, high, acts="rows")]
-
-
-def starts_of(problems: Sequence[Problem]) -> dict[str, float]:
-    """Return where a fit of the tolerances begins, but for what is expected.
-
-    A delay begins where the log shows it: between two of a row or so no slope leads.
-    """
-    slow = slow_one(problems)
-    if slow is None:
-        return {}
-    return {knob.key: slow.delay[0] for knob in delay_knobs(slow)}
-
-
-def slow_one(problems: Sequence[Problem]) -> Problem | None:
-    """Return the first log whose battery's readings may have a delay, if any."""
-    return next((p for p in problems if delay_knobs(p)), None)
+    return knobs
 
 
 def bias_key(log: int, column: str) -> str:

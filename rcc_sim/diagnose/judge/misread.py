@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from math import hypot, inf
+from math import hypot
 from typing import TYPE_CHECKING
 
 from rcc_sim.analyse.logcheck.finding import MEASURED, Finding
+from rcc_sim.definitions.vehicle import DELAYS
 from rcc_sim.diagnose.causes.cause import Cause
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.fitting.knobs import (
     BIAS,
     bias_key,
-    delay_knobs,
     offsets_of,
     scale_key,
 )
@@ -25,9 +25,9 @@ from rcc_sim.diagnose.judge.verdict import TOLERATED
 from rcc_sim.diagnose.profiles.altimeter import Wander
 from rcc_sim.diagnose.profiles.forms import CORNERING
 from rcc_sim.diagnose.profiles.remainder import Remainder
-from rcc_sim.diagnose.residuals.lateness import battery_channel
+from rcc_sim.diagnose.residuals.lateness import as_late, battery_channel
 from rcc_sim.diagnose.residuals.problem import Problem
-from rcc_sim.diagnose.residuals.shapes import ALTIMETER, FELT, LATERAL, SCALE
+from rcc_sim.diagnose.residuals.shapes import ALTIMETER, ASKED, FELT, LATERAL, SCALE
 from rcc_sim.diagnose.residuals.terminals import (
     CURRENT,
     RESISTANCE,
@@ -130,7 +130,7 @@ def findings_of(
     bends = left.log == log and left.is_real and left.acts_as in CORNERING
     return (
         *misread(fit, log, bends=bends),
-        *behind(fit, problem),
+        *behind(problem, causes, offsets_of(fit.values, log)),
         *until_their_rows(problem, bends=bends),
         *of_heights(wanders, log, accelerometer=FELT in problem.channels),
         *disagreeing(engine, fit, log),
@@ -169,24 +169,21 @@ def of_heights(
     return (Finding(kind, ALTIMETER, off, action=action, severity="warning"),)
 
 
-def behind(fit: Fit, problem: Problem) -> tuple[Finding, ...]:
-    """Return what to say of a battery whose readings a fit takes to come late.
+def behind(
+    problem: Problem, causes: Sequence[Cause], off: Mapping[str, float]
+) -> tuple[Finding, ...]:
+    """Return what to say of a slow log whose battery a fit takes to come late.
 
-    Not of a delay that the file states, nor of one that is a cause.
+    By what is ``off`` in it. Not of a delay that the file states, nor of a cause.
     """
-    taken = {k.key for k in fit.knobs if k.sd < inf}
-    return tuple(
-        Finding(
-            "late",
-            battery_channel(problem),
-            f"comes some {abs(late):.2g} s {'later' if late > 0 else 'earlier'} than "
-            "the speed",
-            action="the fit takes it so; [sensors] latency_s states how late it is",
-            severity="warning",
-        )
-        for knob in delay_knobs(problem)
-        if knob.key in taken and abs(late := fit.values[knob.key]) > knob.sd
-    )
+    told = DELAYS in (*problem.vehicle.effects, *(c.effect for c in causes))
+    late, row = as_late(off, problem.row), problem.row
+    if told or problem.torqued or abs(late) <= ASKED * row:
+        return ()
+    what = f"comes some {abs(late):.2g} s {'later' if late > 0 else 'earlier'} than "
+    action = "the fit takes it so; [sensors] latency_s states how late it is"
+    of = battery_channel(problem), what + "the speed"
+    return (Finding("late", *of, action=action, severity="warning"),)
 
 
 def until_their_rows(problem: Problem, *, bends: bool) -> tuple[Finding, ...]:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rcc_sim.channel import moving_mean, rows_in
-from rcc_sim.diagnose.residuals.shapes import BEYOND_SHAFT
+from rcc_sim.diagnose.residuals.shapes import BEYOND_SHAFT, NEIGHBOURS
 
 if TYPE_CHECKING:
     from rcc_sim.diagnose.residuals.problem import Problem
@@ -41,6 +42,15 @@ def clear_delay(problem: Problem) -> float:
     """
     delay, left = problem.delay
     return delay if left <= CLEARLY**2 and abs(delay) >= ROWS * problem.row else 0.0
+
+
+def as_late(off: Mapping[str, float], row: float) -> float:
+    """Delay [s] of readings that are in part of the rows beside their own.
+
+    d = -T Σ k c_k, T being the time between rows and c_k the share of the row that is k
+    later, of what is ``off`` in a log by name (``flows_+1``).
+    """
+    return -row * sum(k * off.get(f"flows_{k:+d}", 0.0) for k in NEIGHBOURS)
 
 
 def likeliest_delay(problem: Problem) -> tuple[float, float]:

@@ -21,6 +21,7 @@ from rcc_sim.definitions.sensors import ACCELEROMETERS, INERTIAL
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.residuals.beside_motor import MOTOR
 from rcc_sim.diagnose.residuals.terminals import CURRENT, POWER, VOLTAGE, knows_voltage
+from rcc_sim.simulate.smooth import slopes_beside
 from rcc_sim.simulate.spans import CLOSE, FLOWS
 from rcc_sim.units import G
 
@@ -48,6 +49,12 @@ MADE_UP = 1.0
 OFF_THE_ROW = 0.3
 """Rows by which readings may be off their row's time, one sd: half a row either way."""
 
+POLLED, ASKED = 0.25, 0.5
+"""Time between two rows [s] from which a logger may ask for its readings one after
+another, as at the diagnostic socket of a car; and rows by which one may then come later
+than another, one sd.
+"""
+
 NEIGHBOURS = (-2, -1, 1, 2)
 """Rows beside its own that a reading may be a mean of."""
 
@@ -59,6 +66,8 @@ A_LITTLE = 0.01
 
 DISCHARGED = 0.1
 """Share of an open-circuit voltage that the charge of a drive may take, one sd."""
+
+SLOPES = ("slope_before", "slope_after")
 
 SCALE = ".scale"
 
@@ -83,6 +92,7 @@ def shapes_of(problem: Problem) -> dict[str, Shape]:
     """Return all that may be a little off in a log, by name."""
     off = {name: Shape(x, BEND_SHARE) for name, x in bends_of(problem).items()}
     off |= {name: Shape(x, OFF_THE_ROW) for name, x in late_of(problem).items()}
+    off |= {name: Shape(x, ASKED) for name, x in asked_of(problem).items()}
     fallen = discharge_of(problem)
     if fallen:
         off["discharge"] = Shape(fallen, DISCHARGED)
@@ -216,9 +226,41 @@ def late_of(problem: Problem) -> dict[str, list[Array]]:
     }
 
 
+def asked_of(problem: Problem) -> dict[str, list[Array]]:
+    """What a slow logger's asking one after another does to each channel.
+
+    Where a torque drives the model, by the speed of so many rows later. Where the speed
+    does, and flows are samples, by the slope before a row or after it in place of its
+    own: either may be that of the instant at which the battery was read.
+    """
+    drive = problem.drive
+    time, (speed, *_, accel) = drive.time, drive.measured
+    if problem.row < POLLED or problem.late or not is_shaped(problem):
+        return {}
+    if problem.torqued:
+        later = time + A_LITTLE * problem.row
+        moved = drive.known_as(
+            speed=np.interp(later, time, speed), accel=np.interp(later, time, accel)
+        )
+        out = replace(problem, drive=moved).predict({})
+        return {"speed_later": [np.nan_to_num(x) for x in per_little(problem, out)]}
+    found = {}
+    for name, slope in zip(SLOPES, slopes_beside(time, speed), strict=True):
+        if accel.any():
+            moved = drive.known_as(accel=np.where(speed > 0, slope, 0.0))
+            out = replace(problem, drive=moved).predict({})
+            off = [out[c] - problem.nominal[c] for c in problem.channels]
+            found[name] = [np.nan_to_num(x) for x in off]
+    return found
+
+
 def is_shaped(problem: Problem) -> bool:
-    """Tell whether the battery's readings may be of the rows beside their own."""
-    return problem.torqued and problem.row >= CLOSE and problem.charge is None
+    """Tell whether the battery's readings may be of the rows beside their own.
+
+    As beside a torque on another clock, or where corners of the drive lie between rows.
+    """
+    apart = CLOSE if problem.torqued else POLLED
+    return problem.drive.imposed and problem.row >= apart and problem.charge is None
 
 
 def shifted(x: Array, rows: int) -> Array:
@@ -231,16 +273,18 @@ def scaled_of(problem: Problem) -> dict[str, list[Array]]:
     """What a sensor that reads too much does to each channel, per unit, by column.
 
     An inertial sensor does it to what it reads. An inverter works its torque out, from
-    currents and a map: it is what an imposed drive takes its power from, too; in a
-    commanded one the current is measured. An altimeter makes the slopes of the road:
-    one that shows climbs where there are none reads too much by 1.
+    currents and a map: it is what an imposed drive takes its power from, too. An
+    altimeter makes the slopes of the road: one that shows climbs where there are none
+    reads too much by 1.
     """
     nominal, channels = problem.nominal, problem.channels
     found = {}
     for column in (c for c in channels if c in INERTIAL):
         found[column] = [nominal[c] * (c == column) for c in channels]
 
-    if problem.drive.imposed and TORQUE in channels:
+    if TORQUE in channels and not problem.drive.imposed:
+        found[TORQUE] = [nominal[c] * (c == TORQUE) for c in channels]
+    elif TORQUE in channels:
         told = per_little(problem, problem.by_true_torque(A_LITTLE).predict({}))
         told[channels.index(TORQUE)] = nominal[TORQUE]
         found[TORQUE] = told
