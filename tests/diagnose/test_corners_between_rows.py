@@ -39,7 +39,14 @@ def ramps(seed):
     return even + sway * np.minimum(even / 4.0, 1.0)  # none at rest
 
 
-def polled(seed, effects=None, late=0.2):
+NOISE = {
+    "battery_voltage_v": 0.2,
+    "battery_current_a": 0.3,
+    "motor_torque_nm": 0.5,
+}
+
+
+def polled(seed, effects=None, late=0.2, torque=False):
     """What a socket tells of it each second: the speed, then the battery."""
     speed = ramps(seed)
     fine = Trace({"time_s": FINE, "speed_mps": speed}, name="fine")
@@ -50,9 +57,9 @@ def polled(seed, effects=None, late=0.2):
     seen = np.interp(at, FINE, speed)
     seen = np.where(seen > 0, seen + rng.normal(0, 0.01, len(at)), 0.0)
     columns = {"time_s": at, "speed_mps": np.maximum(seen, 0.0)}
-    for c, noise in (("battery_voltage_v", 0.2), ("battery_current_a", 0.3)):
+    for c in NOISE if torque else (c for c in NOISE if c.startswith("battery")):
         read = np.interp(at + late, FINE, exact[c])
-        columns[c] = read + rng.normal(0, noise, len(at))
+        columns[c] = read + rng.normal(0, NOISE[c], len(at))
     return Logged(Trace(columns, name="polled"), (), None)
 
 
@@ -87,6 +94,18 @@ def test_readings_between_the_rows_move_no_figure_of_the_car():
         fit = descent.of_tolerances(Engine([problem]))
         pulls = {k.key: (fit.values[k.key] - k.value) / k.sd for k in fit.knobs}
         assert max(abs(x) for key, x in pulls.items() if "bias" not in key) < 1.5
+
+
+@pytest.mark.parametrize("late", [-0.3, 0.2])
+def test_beside_a_torque_the_speed_is_of_another_instant(late):
+    """Power is torque times speed: where it changes, that would be an efficiency."""
+    problem = problem_of(polled(5, late=late, torque=True).log, CAR)
+    fit = descent.of_tolerances(Engine([problem]))
+    # a mean since the row before is of half a row ago
+    later = late + 0.5 * min(problem.drive.window, problem.row)
+    assert fit.values["bias.0.speed_later"] == pytest.approx(later, abs=0.05)
+    scale = next(k for k in fit.knobs if k.key == "effects.motor_efficiency.scale")
+    assert abs(fit.values[scale.key] - scale.value) < 2 * scale.sd
 
 
 def test_what_may_be_off_in_such_a_log():

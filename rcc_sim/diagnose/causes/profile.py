@@ -85,7 +85,8 @@ class Profile:
     def own_sd(self) -> Array:
         """Standard deviation at each knot, without what all have in common."""
         least = OWN * self.sd**2
-        own: Array = np.sqrt(np.maximum(self.sd**2 - self.mean_sd**2, least))
+        shared = min(self.mean_sd, float(self.sd.max(initial=0.0)))
+        own: Array = np.sqrt(np.maximum(self.sd**2 - shared**2, least))
         return own
 
     def at(self, x: Array) -> Array:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from rcc_sim.analyse.offsets import offset_sd
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.residuals.problem import SPEED_OFFSET, WHEELS, WHEELS_SD, Problem
-from rcc_sim.diagnose.residuals.shapes import SCALE
+from rcc_sim.diagnose.residuals.shapes import POLLED, SCALE
 from rcc_sim.diagnose.residuals.sizes import tells_slip
 
 Array = NDArray[np.float64]
@@ -149,10 +149,11 @@ def tolerance_knobs(problems: Sequence[Problem]) -> list[Knob]:
 def is_felt(problem: Problem, stiffness: float) -> bool:
     """Tell whether a stated slip stiffness [N] may be a little off in a log.
 
-    What it costs, F² v / C, is felt wherever the speed is not smoothed; when it acts
-    only in fast rows.
+    When it acts is felt in fast rows alone; what it costs, F² v / C, in slow ones too
+    whose speed is not smoothed.
     """
-    return problem.drive.smear == 0 or tells_slip(problem, stiffness)
+    exact = problem.row >= POLLED and problem.drive.smear == 0
+    return exact or tells_slip(problem, stiffness)
 
 
 def acts_of(vehicle: Vehicle, key: str) -> str:

@@ -8,13 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rcc_sim.channel import moving_mean, rows_in
-from rcc_sim.diagnose.residuals.shapes import BEYOND_SHAFT, NEIGHBOURS
+from rcc_sim.diagnose.residuals.shapes import BEYOND_SHAFT, NEIGHBOURS, SLOW
 
 if TYPE_CHECKING:
     from rcc_sim.diagnose.residuals.problem import Problem
-
-SLOW = 10.0
-"""Time over which what a channel does is left out: loads and hills. [s]"""
 
 MOST, STEP = 2.0, 0.01
 """Longest delay, and least step from one that is tried to the next; a quarter of a row
