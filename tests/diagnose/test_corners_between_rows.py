@@ -114,6 +114,15 @@ def test_what_may_be_off_in_such_a_log():
     assert own <= problem.shapes.keys()
 
 
+def test_a_log_of_which_no_battery_is_compared_has_none():
+    log = polled(6).log
+    columns = {c: log[c] for c in ("time_s", "speed_mps")}
+    columns["accel_x_mps2"] = np.gradient(log["speed_mps"], log["time_s"])
+    problem = problem_of(Trace(columns, name="felt"), CAR)
+    assert problem.channels == ("accel_x_mps2",)
+    assert not any(name.startswith("flows") for name in problem.shapes)
+
+
 def test_a_stated_slip_may_be_off_wherever_the_speed_is_not_smoothed():
     """What it costs, F² v / C, is there in slow rows as well."""
     car = CAR.changed(settings={SLIP: {"value": 90000.0, "sd": 20000.0}})

@@ -11,12 +11,7 @@ from rcc_sim.definitions.vehicle import DELAYS
 from rcc_sim.diagnose.causes.cause import Cause
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
-from rcc_sim.diagnose.fitting.knobs import (
-    BIAS,
-    bias_key,
-    offsets_of,
-    scale_key,
-)
+from rcc_sim.diagnose.fitting.knobs import BIAS, bias_key, offsets_of, scale_key
 from rcc_sim.diagnose.fitting.pulls import pulled
 from rcc_sim.diagnose.judge import restless
 from rcc_sim.diagnose.judge.direct import disagreeing
@@ -100,6 +95,11 @@ TELLS = {
 """What tells a slope from a drag, by whether the log has an accelerometer."""
 
 
+COLD = "a cold or an old battery, or another"
+WARM = "a warm battery, or another, or one of which the rest takes longer to fall"
+"""Why a battery's resistance is more, or less, than is stated, as of a second."""
+
+
 def findings_of(
     engine: Engine,
     fit: Fit,
@@ -180,10 +180,11 @@ def behind(
     late, row = as_late(off, problem.row), problem.row
     if told or problem.torqued or abs(late) <= ASKED * row:
         return ()
-    what = f"comes some {abs(late):.2g} s {'later' if late > 0 else 'earlier'} than "
+    when = "later" if late > 0 else "earlier"
+    what = f"comes some {abs(late):.2g} s {when} than the speed"
     action = "the fit takes it so; [sensors] latency_s states how late it is"
-    of = battery_channel(problem), what + "the speed"
-    return (Finding("late", *of, action=action, severity="warning"),)
+    of = battery_channel(problem)
+    return (Finding("late", of, what, action=action, severity="warning"),)
 
 
 def until_their_rows(problem: Problem, *, bends: bool) -> tuple[Finding, ...]:
@@ -298,12 +299,13 @@ def unjudged(problem: Problem, causes: Sequence[Cause]) -> tuple[Finding, ...]:
     near = abs(ohm - stated.value) <= GAINED * hypot(error, stated.tolerance)
     if near or stated.value / RECOVERS < ohm < RECOVERS * stated.value:
         return ()
+    why = COLD if ohm > stated.value else WARM
     return (
         Finding(
             "resistance",
             VOLTAGE,
             f"falls by {ohm:.3g} V for each ampere more within a second, where the "
-            f"file states {stated.value:.3g} Ω: a cold or an old battery, or another",
+            f"file states {stated.value:.3g} Ω: {why}",
             action=f"state {RESISTANCE} so; what flows at its terminals hardly asks "
             "for it",
             severity="warning",

@@ -271,9 +271,11 @@ def is_shown(problem: Problem, off: Sequence[list[Array]]) -> bool:
     """
     if problem.torqued or not (off and is_shaped(problem)):
         return True
-    at = max(k for k, c in enumerate(problem.channels) if c in BEYOND_SHAFT)
-    column, time = problem.channels[at], problem.log["time_s"]
-    known, v = problem.judged[at], problem.speed
+    of_battery = [k for k, c in enumerate(problem.channels) if c in BEYOND_SHAFT]
+    if not of_battery:
+        return False
+    at, time = of_battery[-1], problem.log["time_s"]
+    column, known, v = problem.channels[at], problem.judged[at], problem.speed
     figures = [problem.nominal[column], v, v * np.gradient(v, time), v**3]
     rows = rows_in(time, SLOW)
     fast = [
