@@ -176,7 +176,7 @@ ADVICE = {
     "controller.driver_time_constant_s": "time in which the driver of a torque-driven "
     "vehicle makes up for a wrong speed; that in which it answers its steering where "
     "none is stated",
-    "controller.force_throttle": "rising throttles, -1 (brake) to 1, one a row of force_n",
+    "controller.force_throttle": "rising throttles, -1 to 1, one a row of force_n",
     "controller.force_speed_mps": "rising speeds, one a column of force_n",
     "controller.force_n": "force at the wheels by throttle and speed, for "
     '`mode = "throttle"`; bilinear between, held at the edges',
