@@ -186,7 +186,7 @@ def advance(
     new = line_search(engine, now, step, promised, least)
     if new is None:
         # a threshold that passed what is asked loses more than all others gain
-        held = np.array([k.is_stepped for k in now.knobs])
+        held = np.array([k.is_stepped for k in now.knobs], dtype=bool)
         if step[held].any():
             step = bounded_step(H, g, least_at | held, most_at | held)
             new = line_search(engine, now, step, 0.5 * float(step @ H @ step), least)
