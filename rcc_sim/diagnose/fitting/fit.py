@@ -107,7 +107,9 @@ class Fit:
 
     def signals_in(self, track: int) -> Array:
         """Return d(residual)/d(knob) in a track, shape (n, k)."""
-        return np.stack([signal[track] for signal in self.signals]).T
+        rows = len(self.residuals[track])
+        signals = [signal[track] for signal in self.signals]
+        return np.array(signals).reshape(len(signals), rows).T
 
     def weighted(self, track: int, noise: Whitener, left: Array) -> Weighted:
         """Return the rows of a track by a noise, weighed by what is left of them."""
