@@ -112,12 +112,11 @@ def drive(car: str, cycle: str, how: str, rate: float) -> pd.DataFrame:
     schedule, many = schedule_of(cycle), round(FINE / rate)
     run = simulate(load_vehicle(car), schedule, imposed=True, output_rate=FINE)
     first = round(PHASE * FINE) if how in ("samples", "polled") else 0
-    columns = {c: run.trace[c][first::many] for c in ("time_s", *NOISE)}
-    if how == "polled":
-        late = first + round(ASKED * FINE)
-        kept = len(run.trace["time_s"][late::many])
-        columns |= {c: run.trace[c][late::many] for c in NOISE.keys() - {"speed_mps"}}
-        columns = {c: x[:kept] for c, x in columns.items()}
+    later = first + round(ASKED * FINE) * (how == "polled")
+    since = {"time_s": first} | dict.fromkeys(NOISE, later) | {"speed_mps": first}
+    columns = {c: run.trace[c][at::many] for c, at in since.items()}
+    fewest = min(map(len, columns.values()))
+    columns = {c: x[:fewest] for c, x in columns.items()}
     if how in ("means", "steps"):
         rows = np.arange(0, len(run.trace), many)
         for c in NOISE.keys() - {"speed_mps"}:

@@ -9,8 +9,9 @@ from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.knobs import SLIP, nuisance_knobs
+from rcc_sim.diagnose.residuals.lateness import NEIGHBOURS
 from rcc_sim.diagnose.residuals.posed import problem_of
-from rcc_sim.diagnose.residuals.shapes import NEIGHBOURS, SLOPES
+from rcc_sim.diagnose.residuals.shapes import SLOPES
 from rcc_sim.diagnose.run import diagnose
 from rcc_sim.simulate.drive import drive_of
 from rcc_sim.simulate.replay import replay

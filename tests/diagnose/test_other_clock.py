@@ -11,8 +11,9 @@ from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.knobs import nuisance_knobs
 from rcc_sim.diagnose.judge.misread import misread
+from rcc_sim.diagnose.residuals.lateness import NEIGHBOURS
 from rcc_sim.diagnose.residuals.posed import problem_of
-from rcc_sim.diagnose.residuals.shapes import NEIGHBOURS, late_of
+from rcc_sim.diagnose.residuals.shapes import late_of
 from rcc_sim.report.doubts import misread_sensors
 from rcc_sim.simulate.run import simulate
 from rcc_sim.trace import Trace, integral_of

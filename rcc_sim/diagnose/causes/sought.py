@@ -9,7 +9,6 @@ import numpy as np
 
 from rcc_sim.diagnose.residuals.lateness import clear_delay
 from rcc_sim.diagnose.residuals.problem import Problem
-from rcc_sim.diagnose.residuals.shapes import BEYOND_SHAFT
 from rcc_sim.diagnose.residuals.sizes import (
     LIMITED,
     lost_at_stops,
@@ -18,6 +17,7 @@ from rcc_sim.diagnose.residuals.sizes import (
     small_changes,
     stiffest,
 )
+from rcc_sim.diagnose.residuals.terminals import BEYOND_SHAFT
 from rcc_sim.physics.effect import Effect, Param
 from rcc_sim.units import unit_of
 

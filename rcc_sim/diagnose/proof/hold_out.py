@@ -24,7 +24,8 @@ from rcc_sim.diagnose.proof.folds import Mask, halves
 from rcc_sim.diagnose.proof.shrink import Shrink, hold_out, kept_back
 from rcc_sim.diagnose.residuals.posed import by_motion
 from rcc_sim.diagnose.residuals.problem import Problem
-from rcc_sim.diagnose.residuals.shapes import ALTIMETER, BEYOND_SHAFT, TORQUE
+from rcc_sim.diagnose.residuals.shapes import ALTIMETER, TORQUE
+from rcc_sim.diagnose.residuals.terminals import BEYOND_SHAFT
 
 Array = NDArray[np.float64]
 

@@ -6,12 +6,24 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rcc_sim.channel import moving_mean, rows_in
-from rcc_sim.diagnose.residuals.shapes import BEYOND_SHAFT, NEIGHBOURS, SLOW
+from rcc_sim.diagnose.residuals.terminals import BEYOND_SHAFT
 
 if TYPE_CHECKING:
     from rcc_sim.diagnose.residuals.problem import Problem
+
+Array = NDArray[np.float64]
+
+NEIGHBOURS = (-2, -1, 1, 2)
+"""Rows beside its own that a reading may be a mean of."""
+
+FLOWS_OF = "flows_{:+d}"
+"""Name of what readings are of the row that is so many later."""
+
+SLOW = 10.0
+"""Time over which what a channel does is left out: loads and hills. [s]"""
 
 MOST, STEP = 2.0, 0.01
 """Longest delay, and least step from one that is tried to the next; a quarter of a row
@@ -45,9 +57,14 @@ def as_late(off: Mapping[str, float], row: float) -> float:
     """Delay [s] of readings that are in part of the rows beside their own.
 
     d = -T Σ k c_k, T being the time between rows and c_k the share of the row that is k
-    later, of what is ``off`` in a log by name (``flows_+1``).
+    later, of what is ``off`` in a log by name (``FLOWS_OF``).
     """
-    return -row * sum(k * off.get(f"flows_{k:+d}", 0.0) for k in NEIGHBOURS)
+    return -row * sum(k * off.get(FLOWS_OF.format(k), 0.0) for k in NEIGHBOURS)
+
+
+def without_slow(time: Array, x: Array) -> Array:
+    """Return a channel without what it does over ``SLOW``."""
+    return x - moving_mean(x, rows_in(time, SLOW))
 
 
 def likeliest_delay(problem: Problem) -> tuple[float, float]:
@@ -63,10 +80,8 @@ def likeliest_delay(problem: Problem) -> tuple[float, float]:
         return 0.0, 1.0
     time, row = problem.log["time_s"], problem.row
     known = problem.judged[problem.channels.index(channel)]
-    rows = rows_in(time, SLOW)
-    logged = problem.log[channel] - moving_mean(problem.log[channel], rows)
-    model = np.nan_to_num(problem.nominal[channel])
-    model = model - moving_mean(model, rows)
+    logged = without_slow(time, problem.log[channel])
+    model = without_slow(time, np.nan_to_num(problem.nominal[channel]))
     step = max(row / 4, STEP)
     most = int(MOST / step)
     delays = step * np.arange(-most, most + 1)

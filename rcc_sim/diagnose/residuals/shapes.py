@@ -16,11 +16,22 @@ from numpy.typing import NDArray
 
 from rcc_sim.analyse.heading import TURN_RATE
 from rcc_sim.analyse.offsets import scale_sd
-from rcc_sim.channel import moving_mean, rows_in
+from rcc_sim.channel import moving_mean
 from rcc_sim.definitions.sensors import ACCELEROMETERS, INERTIAL
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.residuals.beside_motor import MOTOR
-from rcc_sim.diagnose.residuals.terminals import CURRENT, POWER, VOLTAGE, knows_voltage
+from rcc_sim.diagnose.residuals.lateness import (
+    FLOWS_OF,
+    NEIGHBOURS,
+    battery_channel,
+    without_slow,
+)
+from rcc_sim.diagnose.residuals.terminals import (
+    BEYOND_SHAFT,
+    CURRENT,
+    VOLTAGE,
+    knows_voltage,
+)
 from rcc_sim.simulate.smooth import slopes_beside
 from rcc_sim.simulate.spans import CLOSE, FLOWS
 from rcc_sim.units import G
@@ -37,9 +48,6 @@ FELT = "accel_x_mps2"
 
 LATERAL = ("yaw_rate_radps", TURN_RATE, "accel_y_mps2")
 
-BEYOND_SHAFT = (VOLTAGE, CURRENT, POWER)
-"""Columns of what lies between the battery and the motor's shaft."""
-
 BEND_SHARE = 0.5
 """Share of a bend's drag that a driver may make up for late, one sd."""
 
@@ -55,12 +63,8 @@ another, as at the diagnostic socket of a car; and rows by which one may then co
 than another, one sd.
 """
 
-SLOW, SHOWN = 10.0, 30.0
-"""Time over which what a channel does is left out, loads and hills [s]; and nats by
-which readings of other instants than their rows must show."""
-
-NEIGHBOURS = (-2, -1, 1, 2)
-"""Rows beside its own that a reading may be a mean of."""
+SHOWN = 30.0
+"""Nats by which readings of other instants than their rows must show."""
 
 CALMED = 5
 """Rows over which a channel is a mean before its rate of change is taken."""
@@ -217,7 +221,7 @@ def late_of(problem: Problem) -> dict[str, list[Array]]:
         if problem.late:  # by how much is the delay's to tell
             sums = {k: zip(off[k], off[-k], strict=True) for k in NEIGHBOURS if k > 0}
             return {f"flows_{k}": [a + b for a, b in of] for k, of in sums.items()}
-        return {f"flows_{k:+d}": tracks for k, tracks in off.items()}
+        return {FLOWS_OF.format(k): tracks for k, tracks in off.items()}
     if problem.drive.imposed:
         return {}
     # as measured: the model's own rates are wrong where a cause is missing
@@ -266,23 +270,19 @@ def is_shown(problem: Problem, off: Sequence[list[Array]]) -> bool:
     Where no torque was logged beside the battery: by what is ``off`` at each row a line
     of least squares through what was logged, all without what is slow, leaves less than
     one of the prediction and of what figures of the car do (v, v a, v³). What they
-    might be off by would be taken from what acts: 1 to 17 nats where no reading is, in
-    two hills and a changing load; 58 to 600 in 18 logs of others' and our own.
+    might be off by would be taken from what acts: 1 to 17 nats in three roads and a
+    changing load where no reading is; 58 to 600 in 18 logs of others' and our own, two
+    of which have nothing but corners between their rows.
     """
     if problem.torqued or not (off and is_shaped(problem)):
         return True
-    of_battery = [k for k, c in enumerate(problem.channels) if c in BEYOND_SHAFT]
-    if not of_battery:
+    column, time, v = battery_channel(problem), problem.log["time_s"], problem.speed
+    if not column:
         return False
-    at, time = of_battery[-1], problem.log["time_s"]
-    column, known, v = problem.channels[at], problem.judged[at], problem.speed
+    at = problem.channels.index(column)
     figures = [problem.nominal[column], v, v * np.gradient(v, time), v**3]
-    rows = rows_in(time, SLOW)
-    fast = [
-        np.nan_to_num(x) - moving_mean(np.nan_to_num(x), rows)
-        for x in (problem.log[column], *figures, *(tracks[at] for tracks in off))
-    ]
-    y, *X = (x[known] for x in fast)
+    told = (problem.log[column], *figures, *(tracks[at] for tracks in off))
+    y, *X = (without_slow(time, x)[problem.judged[at]] for x in told)
 
     def left(some: list[Array]) -> float:
         A = np.stack(some, axis=1)
@@ -316,13 +316,12 @@ def scaled_of(problem: Problem) -> dict[str, list[Array]]:
     reads too much by 1.
     """
     nominal, channels = problem.nominal, problem.channels
-    found = {}
-    for column in (c for c in channels if c in INERTIAL):
-        found[column] = [nominal[c] * (c == column) for c in channels]
-
-    if TORQUE in channels and not problem.drive.imposed:
-        found[TORQUE] = [nominal[c] * (c == TORQUE) for c in channels]
-    elif TORQUE in channels:
+    found = {
+        column: [nominal[c] * (c == column) for c in channels]
+        for column in channels
+        if column in (*INERTIAL, TORQUE)
+    }
+    if TORQUE in found and problem.drive.imposed:
         told = per_little(problem, problem.by_true_torque(A_LITTLE).predict({}))
         told[channels.index(TORQUE)] = nominal[TORQUE]
         found[TORQUE] = told

@@ -22,6 +22,9 @@ Array = NDArray[np.float64]
 VOLTAGE, CURRENT = "battery_voltage_v", "battery_current_a"
 POWER = "battery_power_w"
 
+BEYOND_SHAFT = (VOLTAGE, CURRENT, POWER)
+"""Columns of what lies between the battery and the motor's shaft."""
+
 RESISTANCE = "effects.battery_resistance.resistance_ohm"
 """What lies between a battery's terminals."""
 
