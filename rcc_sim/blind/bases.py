@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 from math import inf
+from typing import Any
 
 import numpy as np
 
@@ -19,7 +20,8 @@ class Base:
     """A vehicle to draw around. SI, per tyre, shaft figures at the motor.
 
     One whose motor is not known has no poles and no flux; what it loses is ``loss``, a
-    share of the power. Battery resistances are drawn in times ``sag``.
+    share of the power. Battery resistances are drawn in times ``sag``. What the car
+    ``keeps`` acts as its file states it, in every drive: figures of ``KEPT``, by key.
     """
 
     name: str
@@ -52,6 +54,7 @@ class Base:
     loss: float = 0.0
     R_i: float = 0.0
     sag: float = 1.0
+    keeps: tuple[tuple[str, float], ...] = ()
 
 
 BASES = (
@@ -109,8 +112,29 @@ RARE = ("loss", "R_i")
 
 EXACT = (
     *("name", "family", "poles", "N_d", "u_0", "capacity", "v_max", "i_max", "regen"),
-    *("loss", "R_i", "sag"),
+    *("loss", "R_i", "sag", "keeps"),
 )
+
+KEPT = {
+    "drivetrain_friction.torque_nm": "dry",
+    "iron_loss.hysteresis_torque_nm": "hysteresis",
+    "iron_loss.eddy_nms_per_rad": "eddy",
+    "gear_loss.efficiency": "eta_gear",
+    "motor_lag.time_constant_s": "lag",
+    "actuation_delay.delay_s": "delay",
+    "reference_delay.delay_s": "ref_delay",
+    "current_limit.max_current_a": "i_limit",
+    "friction_brake.share": "brake_share",
+    "regeneration_fade.fade_speed_mps": "fade",
+    "steering_offset.angle_rad": "steer_offset",
+    "steering_gain.gain": "steer_gain",
+    "steering_lag.time_constant_s": "steer_lag",
+    "steering_delay.delay_s": "steer_delay",
+    "steering_backlash.width_rad": "play",
+    "tyre_relaxation.length_m": "sigma",
+    "tyre_saturation.friction_coefficient": "mu",
+}
+"""What a user's file may state besides, by the plant's own names."""
 
 
 def moved(base: Base, rng: np.random.Generator) -> Base:
@@ -157,7 +181,7 @@ def stated(
 
 def truth(car: Base, r_file: float) -> Truth:
     """Return the plant's figures of a car whose log and controller use r_file [m]."""
-    return Truth(
+    plain = Truth(
         speed_mode=car.family == "rc",
         m=car.m,
         I_z=car.I_z,
@@ -185,6 +209,8 @@ def truth(car: Base, r_file: float) -> Truth:
         half_rho_A=0.5 * AIR * car.drag_area,
         v_low=0.05 if car.family == "rc" else 0.2,
     )
+    kept: dict[str, Any] = {KEPT[key]: value for key, value in car.keeps}
+    return plain._replace(**kept)
 
 
 def shifted(p: Truth, name: str, share: float) -> Truth:

@@ -11,7 +11,16 @@ from numpy.typing import NDArray
 
 from rcc_sim.blind import sensors
 from rcc_sim.blind.answers import SAME
-from rcc_sim.blind.bases import BASES, TOLERANCES, WEIGHTS, Base, moved, stated, truth
+from rcc_sim.blind.bases import (
+    BASES,
+    KEPT,
+    TOLERANCES,
+    WEIGHTS,
+    Base,
+    moved,
+    stated,
+    truth,
+)
 from rcc_sim.blind.drives import (
     STYLES,
     TIMING,
@@ -282,6 +291,7 @@ def _recorded(
             level = _read(fine(p, smooth(d), family)[0], family, effects)
             chance = by_chance(time, level, read)
     hidden = {HIDES[w.effect] for w in effects if w.effect in HIDES}
+    hidden |= {name for w in effects for name in w.off if name in KEPT.values()}
     if kind == "unknown" and not windows["log"]:
         raise Unfit
     label = {

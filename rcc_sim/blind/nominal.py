@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from math import isfinite
 
-from rcc_sim.blind.bases import TOLERANCES, Base
+from rcc_sim.blind.bases import KEPT, TOLERANCES, Base
 
 
 def _figure(key: str, value: float, name: str = "") -> str:
@@ -87,4 +87,8 @@ def _effects(file: Base, hidden: Collection[str]) -> dict[str, list[str]]:
     if "regen" not in hidden and isfinite(file.regen):
         key = "max_current_a" if file.regen == 0 else "max_torque_nm"
         tables["regeneration_limit"] = [_figure(key, file.regen)]
+    for name, value in file.keeps:
+        if KEPT[name] not in hidden:
+            effect, _, key = name.partition(".")
+            tables.setdefault(effect, []).append(_figure(key, value))
     return tables

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from math import inf, sqrt
+from math import inf, isfinite, sqrt
 from typing import TYPE_CHECKING
 
-from rcc_sim.blind.bases import AIR, Base
+from rcc_sim.blind.bases import AIR, KEPT, Base
 from rcc_sim.blind.plant import GRAVITY
 from rcc_sim.errors import InputError
 
@@ -35,7 +35,7 @@ def base_of(name: str) -> Base:
     """Return the base that a vehicle file describes.
 
     A road load is taken apart into damping, rolling resistance and drag; of a map of
-    efficiency the median counts.
+    efficiency the median counts. Figures of ``KEPT`` are taken as exact.
 
     Raises
     ------
@@ -51,7 +51,7 @@ def base_of(name: str) -> Base:
         raise InputError(
             f"{vehicle.where}: controller.mode: should be speed or torque {WHY}: {mode}"
         )
-    known = {key.partition(".")[0] for key in PLAIN} | set(HANDLED)
+    known = {key.partition(".")[0] for key in (*PLAIN, *KEPT)} | set(HANDLED)
     for effect in vehicle.effects:
         if effect not in known:
             raise InputError(
@@ -77,8 +77,15 @@ def _base(vehicle: Vehicle, family: str) -> Base:
         need("drivetrain.gear_ratio"),
     )
     extra = {n: maybe(f"effects.{k}", 0.0) for k, n in PLAIN.items()}
+    keeps = {
+        key: figures[f"effects.{key}"].value
+        for key in KEPT
+        if f"effects.{key}" in figures
+    }
+    amps = maybe("effects.regeneration_limit.max_current_a", inf)
+    limits = isfinite(amps) or "current_limit.max_current_a" in keeps
     poles, flux, K_t = 0, 0.0, 1.0
-    if family == "rc" or extra["R_phase"] > 0:  # its current matters
+    if family == "rc" or extra["R_phase"] > 0 or limits:  # its current matters
         if vehicle.motor.poles is None:
             raise InputError(f"{vehicle.where}: motor.poles: missing ({WHY})")
         poles, flux = vehicle.motor.poles, need("motor.flux_linkage_wb")
@@ -87,7 +94,6 @@ def _base(vehicle: Vehicle, family: str) -> Base:
         extra["loss"] = 1 - _efficiency(vehicle)
     if "road_load" in vehicle.effects:
         extra |= _road_load(figures_of(vehicle, "road_load"), m, N_d / r_w)
-    amps = maybe("effects.regeneration_limit.max_current_a", inf)
     torque = maybe("effects.regeneration_limit.max_torque_nm", inf)
     wheelbase = vehicle.wheelbase
     scaled = family == "rc"
@@ -122,6 +128,7 @@ def _base(vehicle: Vehicle, family: str) -> Base:
         v_max=SCALED_SPEED * sqrt(wheelbase / SCALED_BASE) if scaled else fastest,
         regen=min(amps * K_t, torque),
         sag=(u_0 / volts_there) ** 2 * mass_there / m,
+        keeps=tuple(keeps.items()),
         **extra,
         **loop,
     )

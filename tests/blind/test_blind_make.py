@@ -226,6 +226,24 @@ def test_a_users_own_vehicle_is_drawn_around(tmp_path):
     assert drawn.body.mass_kg.value == pytest.approx(base.m, rel=0.35)
 
 
+def test_what_a_users_file_states_besides_acts_unless_it_is_withheld(tmp_path):
+    """Its lag and its gear's loss are as stated, but in files that hide them."""
+    more = {"steering_lag": "time_constant_s = 0.06", "gear_loss": "efficiency = 0.9"}
+    tables = "".join(f"\n[effects.{k}]\n{v}\n" for k, v in more.items())
+    mine = tmp_path / "mine.toml"
+    mine.write_text(load_vehicle("rcc").path.read_text() + tables, encoding="utf-8")
+    base, out = base_of(str(mine)), tmp_path / "own"
+    seal = make(out, cases=3, seed=5, kinds=["single"], base=base, effects=[*more])
+    labels = opened(out, seal.labels)["cases"]
+    for name, label in labels.items():
+        acts = label["effects"][0]
+        drawn = load_vehicle(out / name / "vehicle.toml")
+        assert set(more) - set(drawn.effects) == {acts}
+        lag = drawn.figures().get("effects.steering_lag.time_constant_s")
+        assert lag is None or lag.value == 0.06
+    assert {label["effects"][0] for label in labels.values()} == set(more)
+
+
 @pytest.mark.parametrize("name", ["bmw_i3", "r1t_epa", "tesla_model_3", "twizy"])
 def test_a_car_of_known_efficiency_is_drawn_around(name, tmp_path):
     """Battery power is the shaft's by that efficiency, and the rest of the cars'."""
