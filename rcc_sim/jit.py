@@ -14,6 +14,7 @@ import os
 import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from threading import Lock
 from types import FunctionType
 from typing import Any, TypeVar
 
@@ -22,6 +23,9 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 KERNELS = ("physics/**/*.py", "blind/plant*.py", "units.py", "jit.py")
 """Files of the package that kernel code, and the constants that it reads, stand in."""
+
+ONE_FOLDER = Lock()
+"""Held while numba looks where to keep a twin: threads ask for twins side by side."""
 
 TELL: list[Callable[[str], None]] = []
 """What is told, once a process, that it has to compile and how long that takes."""
@@ -70,8 +74,6 @@ def compiled(
     assert isinstance(function, FunctionType)
     twin = _twin(function, Twins(used(function)))
     folder = getattr(function, "__cache_folder__", cache_folder())
-    # the two ways have the same name there
-    numba.config.CACHE_DIR = str(folder / "inner" if inner else folder)
     options: dict[str, Any] = {
         "cache": _can_cache(),
         "error_model": "numpy",
@@ -81,7 +83,11 @@ def compiled(
     }
     if inner:
         options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-    made: Callable[..., Any] = numba.njit(**options)(twin)
+    # the two ways have the same name there: Python calls one of them, and dies of the
+    # other
+    with ONE_FOLDER:
+        numba.config.CACHE_DIR = str(folder / "inner" if inner else folder)
+        made: Callable[..., Any] = numba.njit(**options)(twin)
     return made
 
 

@@ -4,12 +4,14 @@ import ast
 import os
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 
 import rcc_sim
-from rcc_sim.jit import KERNELS
+from rcc_sim.diagnose.noise import kernel
+from rcc_sim.jit import KERNELS, compiled
 
 RUN = """
 import sys
@@ -80,3 +82,19 @@ def test_a_kernel_runs_without_scipy():
     )
     assert done.returncode == 0, done.stderr
     assert done.stdout.split()[0] == "False"
+
+
+def test_threads_side_by_side_keep_each_twin_in_its_own_folder(monkeypatch, tmp_path):
+    """Else Python may be handed one that it cannot call, as often as it asks."""
+    anew = compiled.__wrapped__
+    monkeypatch.setenv("RCCSIM_CACHE", str(tmp_path))
+    switching = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        with ThreadPoolExecutor(8) as threads:
+            ways = [False, True] * 200
+            twins = threads.map(lambda x: anew(kernel.dot, inner=x), ways)
+            kept = [Path(twin.stats.cache_path) for twin in twins]
+    finally:
+        sys.setswitchinterval(switching)
+    assert [path.parent.name == "inner" for path in kept] == ways
