@@ -13,7 +13,7 @@ from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.causes.strengths import smooth, windows
 from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
-from rcc_sim.diagnose.fitting.knobs import nuisance_knobs
+from rcc_sim.diagnose.fitting.knobs import Knob, nuisance_knobs
 from rcc_sim.diagnose.noise.whitener import weights
 from rcc_sim.diagnose.profiles.beside_losses import (
     constant_nats,
@@ -31,6 +31,7 @@ from tests.cars import truck
 ETA, SD = 0.92, 0.006
 LOAD = "effects.auxiliary_load.power_w"
 LOSSES = "effects.motor_efficiency.scale"
+GEAR = "gear_loss"
 CAR = truck(STATED | {"motor_efficiency": {"scale": {"value": ETA, "sd": SD}}})
 
 
@@ -190,4 +191,18 @@ def test_a_motion_that_a_noisy_speed_tells_leaves_no_efficiency(tmp_path):
     engine = Engine([problem_of(open_log(case / "log.csv.gz", car).log, car)])
     assert engine.problems[0].drive.imposed
     left = remainder(engine, descent.of_tolerances(engine))
+    assert all(r.evidence < 15.0 for r in left.rivals if r.acts_as == "efficiency")
+
+
+@pytest.mark.parametrize("seed", [1, 5])
+def test_a_gear_that_is_fitted_leaves_its_noise_to_no_efficiency(seed, tmp_path):
+    """It makes more of a noisy speed's torque, and would go where another lets it."""
+    out = tmp_path / "gear"
+    make(out, cases=1, seed=seed, kinds=["single"], families=["ev"], effects=[GEAR])
+    car = load_vehicle(out / "c0000/vehicle.toml")
+    problem = problem_of(open_log(out / "c0000/log.csv.gz", car).log, car)
+    key = f"effects.{GEAR}.efficiency"
+    knobs = [*nuisance_knobs([problem]), Knob(key, 0.9, inf, 0.5, 1.0, 0.002)]
+    engine = Engine([problem])
+    left = remainder(engine, descent.fit(engine, {key: 0.9}, knobs))
     assert all(r.evidence < 15.0 for r in left.rivals if r.acts_as == "efficiency")

@@ -35,6 +35,7 @@ from rcc_sim.diagnose.profiles.forms import (
     carrier_of,
 )
 from rcc_sim.diagnose.profiles.probe import Probe
+from rcc_sim.diagnose.residuals.losses import evened
 from rcc_sim.diagnose.residuals.shapes import LATERAL
 from rcc_sim.side_by_side import each
 
@@ -243,10 +244,29 @@ def acting_as(engine: Engine, fit: Fit, name: str, key: str) -> list[Remainder]:
     follows = OTHERS.get(name, FOLLOWS)
     if name != EFFICIENT:
         return [likeliest_of(probe, name, follows)]
+    probe = probe.by(evenly(engine, fit, probe.tracks))
     # it may go by all of them at once; one that stays as it is has not to be unknown
     level = Knob(f"{key}.level", 0.0, inf)
-    freed = probe.by(fit.beside([(level, probe.signal)]))
+    freed = probe.by(probe.fit.beside([(level, probe.signal)]))
     return [likeliest_of(probe, name, {x: n}, freed) for x, n in follows.items()]
+
+
+def evenly(engine: Engine, fit: Fit, tracks: Sequence[int]) -> Fit:
+    """Return a fit whose figures are told in some tracks as an efficiency is.
+
+    Else one that makes less of a logged speed's noise may move, where the efficiency
+    takes its place: what both say of the noise would count for the efficiency.
+    """
+    if not any(p.drive.imposed for p in engine.problems):
+        return fit
+    signals = [
+        [
+            evened(engine.problems[log], np.nan_to_num(x)) if i in tracks else x
+            for i, ((log, _), x) in enumerate(zip(engine.tracks, one, strict=True))
+        ]
+        for one in fit.signals
+    ]
+    return replace(fit, signals=signals)
 
 
 def changing(engine: Engine, fit: Fit, name: str, knob: Knob) -> list[Remainder]:
