@@ -21,7 +21,8 @@ from rcc_sim.diagnose.judge.apart_from_nil import apart_from_nil
 from rcc_sim.diagnose.judge.asserted import Asserted, asserted_of
 from rcc_sim.diagnose.judge.chances import EVEN, chances_of, ends_early
 from rcc_sim.diagnose.judge.direct import felt_otherwise
-from rcc_sim.diagnose.judge.misread import findings_of, mean_slopes
+from rcc_sim.diagnose.judge.mean_slope import mean_slopes
+from rcc_sim.diagnose.judge.misread import findings_of
 from rcc_sim.diagnose.judge.restless import is_doubtful, restless
 from rcc_sim.diagnose.judge.verdict import (
     DOUBTLESS,

@@ -43,7 +43,7 @@ AS_A_DRAG = {
 CONTRADICTED = (
     *("misread", "late", "until", "wander", "may_wander", "disagrees"),
     *("opposed", "restless"),
-    *("no_bends", "not_judged", "resistance"),
+    *("no_bends", "climb", "not_judged", "resistance"),
 )
 """Kinds of findings that a fit has about a log."""
 

@@ -13,11 +13,14 @@ from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.knobs import nuisance_knobs
-from rcc_sim.diagnose.judge.misread import mean_slopes, without_bends
+from rcc_sim.diagnose.judge.mean_slope import mean_slopes
+from rcc_sim.diagnose.judge.misread import without_bends
 from rcc_sim.diagnose.residuals.posed import problem_of
 from rcc_sim.diagnose.residuals.shapes import bends_of
 from rcc_sim.simulate.run import simulate
 from rcc_sim.trace import Trace
+from rcc_sim.units import G
+from tests.cars import truck
 
 
 def problems_of(folder, family, cases):
@@ -108,3 +111,38 @@ def test_hills_that_climb_on_the_mean_rest_on_the_rolling_resistance(low, high, 
     assert said(log) == ["mean_slope"] * told
     assert not said(heights)  # how high it climbs is known
     assert not said(log, place=1)  # of that log no hills were found
+
+
+@pytest.mark.parametrize(
+    ("key", "stated", "found"),
+    [
+        ("effects.rolling_resistance.coefficient", 0.01, 0.02),
+        ("effects.drivetrain_friction.torque_nm", 0.0, None),
+    ],
+)
+def test_what_resists_at_any_speed_may_be_a_road_that_climbs(key, stated, found):
+    """One percent either way; not where it would end in the clouds, or is felt."""
+    car = truck({"rolling_resistance": {"coefficient": 0.01}})
+    shaft = car.drivetrain.gear_ratio.value / car.tyres.radius_m.value
+    if found is None:
+        found = 0.01 * car.body.mass_kg.value * G / shaft
+    t = np.arange(0.0, 600.0, 0.5)
+    given = {"time_s": t, "speed_mps": 10.0 + np.sin(t), "battery_power_w": 9e3 + t}
+    effect, name = key.split(".")[1:]
+    cause = SimpleNamespace(effect=effect, along_way=False, keys=(key,), profiles={})
+
+    def said(log, value=found, low=found, high=found):
+        one = SimpleNamespace(value=value, low=low, high=high)
+        asserted = [SimpleNamespace(cause=cause, figures={name: one})]
+        return [f.what for f in mean_slopes(problem_of(log, car), asserted)]
+
+    log = Trace(given, name="log")
+    (told,) = said(log)
+    assert "climbs by 1 %" in told and effect in told
+    (told,) = said(log, 2 * stated - found, -1.0, 2 * stated - found)
+    assert "falls by 1 %" in told
+    assert not said(log, low=stated - 1.0)  # it may be as stated
+    assert not said(Trace(given | {"elevation_m": 0.0 * t}, name="log"))
+    assert not said(Trace(given | {"accel_x_mps2": np.cos(t)}, name="log"))
+    long = {"time_s": 40.0 * t, "speed_mps": given["speed_mps"]}
+    assert not said(Trace(given | long, name="log"))

@@ -7,13 +7,20 @@ import numpy as np
 import pytest
 
 from rcc_sim.diagnose.causes.cause import Cause
+from rcc_sim.diagnose.causes.profile import Profile
 from rcc_sim.diagnose.causes.sought import Search
 from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.fitting.knobs import Knob
 from rcc_sim.diagnose.judge import stands as verdicts
 from rcc_sim.diagnose.judge.asserted import Asserted, estimates, resolution
-from rcc_sim.diagnose.judge.chances import EVEN, SUREST, ends_early, probability
+from rcc_sim.diagnose.judge.chances import (
+    EVEN,
+    SUREST,
+    chances_of,
+    ends_early,
+    probability,
+)
 from rcc_sim.diagnose.judge.energies import (
     grew,
     proves_nothing,
@@ -216,6 +223,19 @@ def test_a_cause_that_needs_another_vehicle_is_an_even_chance_at_most():
     assert probability(cause, NOTHING, 9.0) == SUREST
     assert probability(cause, NOTHING, 15.5) == EVEN
     assert probability(cause, NOTHING, doubtful=True) == EVEN
+
+
+def test_a_drag_is_no_surer_than_a_hill_that_may_be_another_drag():
+    course = {0: Profile("effects.road_grade.slope", "distance_m", *np.ones((3, 2)), 9)}
+    hill = Cause("road_grade", ("effects.road_grade.slope",), 200.0, profiles=course)
+    doubted = replace(hill, rival=200.0)
+    drag, load = (Cause(e, (), 300.0) for e in ("aerodynamic_drag", "auxiliary_load"))
+    for beside, chances in (
+        (hill, [SUREST, SUREST, SUREST]),
+        (doubted, [EVEN, EVEN, SUREST]),
+    ):
+        every = [beside, drag, load]
+        assert chances_of(every, NOTHING, 0.0, [False] * 3) == chances
 
 
 def test_a_cause_is_as_sure_as_what_it_was_taken_in_by():

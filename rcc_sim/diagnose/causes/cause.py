@@ -35,6 +35,15 @@ PROFILES = {
 }
 """Effect that may vary -> its figure, and what it varies along."""
 
+DRAGS = frozenset(
+    (
+        *("rolling_resistance", "aerodynamic_drag", "road_load", "road_grade"),
+        *("drivetrain_friction", "drivetrain_damping", "iron_loss", "gear_loss"),
+        *("headwind", "friction_brake"),
+    )
+)
+"""Effects that hold a vehicle back, and may hold part of what does so besides."""
+
 PROFILE_ENOUGH, BRISK_ENOUGH = 60.0, 30.0
 """Nats that a profile must gain; and a load that changes within twice the time that
 noise remembers, which nothing that is slow by chance looks like, or that hangs together

@@ -7,6 +7,7 @@ from math import exp, inf
 
 from rcc_sim.diagnose.causes.cause import (
     ANOTHER_VEHICLE,
+    DRAGS,
     ENOUGH,
     Cause,
     left_by_stronger,
@@ -32,12 +33,21 @@ def chances_of(
     farthest: float,
     doubtful: Sequence[bool],
 ) -> list[float]:
-    """Return the probability of each cause; of a ``doubtful`` one even at most."""
-    return [
+    """Return the probability of each cause; of a ``doubtful`` one even at most.
+
+    A drag is no surer than a hill, or a wind, that it stands beside: if that is another
+    drag that changes, this one may be no more than what the two do not share.
+    """
+    chances = [
         probability(
             c, left, farthest, doubtful=doubt, spared=left_by_stronger(c, causes)
         )
         for c, doubt in zip(causes, doubtful, strict=True)
+    ]
+    both = [*zip(causes, chances, strict=True)]
+    least = min((x for c, x in both if c.profiles and c.effect in DRAGS), default=1.0)
+    return [
+        min(x, least) if c.effect in DRAGS and not c.profiles else x for c, x in both
     ]
 
 

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from math import hypot
-from typing import TYPE_CHECKING
 
 from rcc_sim.analyse.logcheck.finding import MEASURED, Finding
 from rcc_sim.definitions.vehicle import DELAYS
-from rcc_sim.diagnose.causes.cause import Cause
+from rcc_sim.diagnose.causes.cause import DRAGS, Cause
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.fitting.knobs import BIAS, bias_key, offsets_of, scale_key
@@ -30,11 +29,8 @@ from rcc_sim.diagnose.residuals.terminals import (
     fall_per_ampere,
 )
 from rcc_sim.physics.tables import BEFORE
-from rcc_sim.simulate.drive import COMMANDS, is_on_stand, is_surveyed
+from rcc_sim.simulate.drive import COMMANDS, is_on_stand
 from rcc_sim.units import unit_of
-
-if TYPE_CHECKING:
-    from rcc_sim.diagnose.judge.asserted import Asserted
 
 NOTHING = 0.25
 """Share of what an altimeter shows below which next to nothing was felt of it."""
@@ -48,15 +44,6 @@ states may be either."""
 
 TURNS = ("yaw_rate_radps", "steer_cmd_rad")
 """Columns by which the model turns where the vehicle did."""
-
-DRAGS = frozenset(
-    (
-        *("rolling_resistance", "aerodynamic_drag", "road_load", "road_grade"),
-        *("drivetrain_friction", "drivetrain_damping", "iron_loss", "gear_loss"),
-        *("headwind", "friction_brake"),
-    )
-)
-"""Effects that may hold what bends take, or part of it."""
 
 STATE = "[sensors.elevation_m] noise_sd states how far heights may be off"
 WITHOUT = "--hide elevation_m does without them"
@@ -248,31 +235,6 @@ def without_bends(problem: Problem, causes: Sequence[Cause]) -> tuple[Finding, .
             "take passes for a drag",
             action="log either, where the drive has bends",
         ),
-    )
-
-
-def mean_slopes(
-    problem: Problem, asserted: Sequence[Asserted], log: int = 0
-) -> tuple[Finding, ...]:
-    """Return what to say of hills that no column tells, and that climb on the whole.
-
-    Their mean acts as a rolling resistance that is larger by as much, and is known by
-    what the file states of that alone.
-    """
-    if is_surveyed(problem.log):
-        return ()
-    return tuple(
-        Finding(
-            "mean_slope",
-            "elevation_m",
-            f"is not logged: a mean slope of {slope.value:.2g} rests on the rolling "
-            "resistance that the file states; another of that does as well",
-            action="heights of start and end tell, or the way back",
-        )
-        for a in asserted
-        if a.cause.along_way and log in a.cause.profiles
-        for slope in a.figures.values()
-        if slope.low * slope.high > 0.0
     )
 
 
