@@ -32,6 +32,7 @@ from rcc_sim.diagnose.residuals.terminals import (
     VOLTAGE,
     knows_voltage,
 )
+from rcc_sim.physics.effects.tyre_saturation import slip_angle, tyre_stiffness
 from rcc_sim.simulate.smooth import slopes_beside
 from rcc_sim.simulate.spans import CLOSE, FLOWS
 from rcc_sim.units import G
@@ -46,7 +47,9 @@ TORQUE, ALTIMETER = "motor_torque_nm", "elevation_m"
 FELT = "accel_x_mps2"
 """Column in which a slope is felt, and no drag."""
 
-LATERAL = ("yaw_rate_radps", TURN_RATE, "accel_y_mps2")
+ACROSS = "accel_y_mps2"
+
+LATERAL = ("yaw_rate_radps", TURN_RATE, ACROSS)
 
 BEND_SHARE = 0.5
 """Share of a bend's drag that a driver may make up for late, one sd."""
@@ -81,6 +84,15 @@ SCALE = ".scale"
 
 USUAL_HEIGHT = 0.3
 """Height of a centre of gravity in wheelbases, where a file states none."""
+
+GRIP, NEAR = "effects.tyre_saturation.friction_coefficient", 0.9
+"""Figure that limits an axle's force, and the share of it up to which load is told."""
+
+MOVED = 0.08
+"""Time in which load has moved, and the car turns by it. [s]"""
+
+MOST_MOVED = 0.7
+"""Share of an axle's load that may move, as far as a stiffness of the model tells."""
 
 STIFFNESS = (
     "effects.front_cornering_stiffness.scale",
@@ -146,10 +158,14 @@ def bends_of(problem: Problem) -> dict[str, list[Array]]:
         np.nan_to_num(problem.nominal[c] - on[c]) * (c not in unmoved)
         for c in problem.channels
     ]
-    ages = np.arange(0, 8 * MADE_UP, problem.row)
-    late = np.exp(-ages / MADE_UP)
+    return {"bend": [lagged(x, MADE_UP, problem.row) - x for x in drag]}
+
+
+def lagged(x: Array, lag: float, row: float) -> Array:
+    """Return x as it comes late by a first-order lag, both in seconds."""
+    late = np.exp(-np.arange(0, 8 * lag, row) / lag)
     late /= late.sum()
-    return {"bend": [np.convolve(x, late)[: len(x)] - x for x in drag]}
+    return np.convolve(x, late)[: len(x)]
 
 
 def discharge_of(problem: Problem) -> list[Array]:
@@ -171,22 +187,53 @@ def discharge_of(problem: Problem) -> list[Array]:
 def load_transfer_of(problem: Problem) -> list[Array]:
     """What the load that moves between the axles does to each channel, per height.
 
-    C_F ~ 1 - a_x h / (g l_R), C_R ~ 1 + a_x h / (g l_F), as in CommonRoad's
-    single-track model: a planar bicycle's axles stay as stiff. Per unit of h / l, l the
-    wheelbase.
+    F_F ~ 1 - a_x h / (g l_R), F_R ~ 1 + a_x h / (g l_F), as in CommonRoad's
+    single-track model: a planar bicycle's axles stay as stiff, and hold as much. As far
+    as where it is largest, either way, and in between along a parabola: hard braking
+    makes a car turn in by more than speeding up takes. Per unit of h / l, l the
+    wheelbase, if that is what the file states.
     """
     steered = problem.drive.steered and set(LATERAL) & set(problem.channels)
     if not steered or problem.charge is not None:
         return []
-    body, wheelbase = problem.vehicle.body, problem.vehicle.wheelbase
-    felt = np.nan_to_num(problem.nominal[FELT]) / G
-    arms = body.cg_to_rear_axle_m.value, -body.cg_to_front_axle_m.value
-    told = [np.zeros(len(felt)) for _ in problem.channels]
-    for key, arm in zip(STIFFNESS, arms, strict=True):
-        out = problem.predict({key: problem.stated(key) * (1 + A_LITTLE)})
-        per = per_little(problem, out)
-        told = [x - y * felt * wheelbase / arm for x, y in zip(told, per, strict=True)]
-    return [np.nan_to_num(x) for x in told]
+    felt = lagged(np.nan_to_num(problem.nominal[FELT]), MOVED, problem.row)
+    felt *= with_grip(problem) / G
+    body, height = problem.vehicle.body, height_of(problem.vehicle)
+    up = height * problem.vehicle.wheelbase
+    arms = (-up / body.cg_to_rear_axle_m.value, up / body.cg_to_front_axle_m.value)
+    most = min(float(np.abs(felt).max()), MOST_MOVED / max(map(abs, arms)))
+    if most == 0.0:
+        return [np.zeros(len(felt)) for _ in problem.channels]
+    felt = np.clip(felt, -most, most) / most
+    pairs = [*zip(STIFFNESS, arms, strict=True)]
+    less, more = (
+        problem.predict({k: problem.stated(k) * (1 + x * arm) for k, arm in pairs})
+        for x in (-most, most)
+    )
+    told = []
+    for channel in problem.channels:
+        none = problem.nominal[channel]
+        ends = np.nan_to_num([less[channel] - none, more[channel] - none])
+        odd, even = 0.5 * (ends[1] - ends[0]), 0.5 * (ends[1] + ends[0])
+        told.append((odd * felt + even * felt**2) / height)
+    return told
+
+
+def with_grip(problem: Problem) -> Array:
+    """Return how much more a load changes an axle's force than its stiffness alone. [1]
+
+    F / (α dF/dα): stiffness and grip are both in proportion to it. Either axle is as
+    near to its grip as the car is to what both can hold.
+    """
+    grip = problem.vehicle.figures().get(GRIP)
+    if grip is None:
+        return np.ones(len(problem.log))
+    part = np.linspace(0.0, NEAR, 100)[1:]
+    alpha = [slip_angle(x, 1.0, 1.0) for x in part]
+    slope = [tyre_stiffness(x, 1.0, 1.0) for x in alpha]
+    used = np.abs(np.nan_to_num(problem.nominal[ACROSS])) / (grip.value * G)
+    more: Array = np.interp(used, part, part / np.multiply(alpha, slope))
+    return more
 
 
 def height_of(vehicle: Vehicle) -> float:
