@@ -57,21 +57,18 @@ def instead(problem: Problem, asserted: Sequence[Asserted]) -> Iterator[Finding]
     if FELT in problem.channels:
         return
     weight = problem.vehicle.body.mass_kg.value * G
-    ratio = problem.vehicle.drivetrain.gear_ratio.value
     per_unit = {
         "effects.rolling_resistance.coefficient": 1.0,
-        "effects.drivetrain_friction.torque_nm": ratio
-        / (problem.vehicle.tyres.radius_m.value * weight),
+        "effects.drivetrain_friction.torque_nm": problem.vehicle.rad_per_m / weight,
         "effects.road_load.a_n": 1.0 / weight,
     }
     way = float(np.ptp(problem.distance))
     for a in asserted:
-        for key in per_unit.keys() & set(a.cause.keys):
-            found = a.figures[key.rpartition(".")[2]]
-            slope = per_unit[key] * (found.value - problem.stated(key))
-            if found.low <= problem.stated(key) <= found.high:
-                continue
-            if abs(slope) * way < 2.0 * RELIEF:
+        for key in (k for k in a.cause.keys if k in per_unit):
+            found, stated = a.figures[key.rpartition(".")[2]], problem.stated(key)
+            slope = per_unit[key] * (found.value - stated)
+            is_off = not found.low <= stated <= found.high
+            if is_off and abs(slope) * way < 2.0 * RELIEF:
                 yield Finding(
                     "climb",
                     "elevation_m",
