@@ -294,6 +294,16 @@ def answering_time(vehicle: Vehicle) -> float:
     return sqrt(vehicle.body.mass_kg.value * vehicle.wheelbase / C_F)
 
 
+def forgetting_time(vehicle: Vehicle, speed: float) -> float:
+    """Return the time after which a vehicle turns by its steering alone, m v / C_F.
+
+    At a speed [m/s]. A turn dies away as exp(-4 C t / (m v)), with C that of each of
+    the four tyres, and is then a fiftieth of what it was. [s]
+    """
+    C_F = vehicle.tyres.front_cornering_stiffness_n_per_rad.value
+    return vehicle.body.mass_kg.value * speed / C_F
+
+
 def loop_stiffness(vehicle: Vehicle) -> float:
     r"""Return the rate at which a vehicle's speed loop holds its speed. [1/s]
 

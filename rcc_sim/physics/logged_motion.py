@@ -8,7 +8,6 @@ means are taken.
 import math
 
 from rcc_sim.jit import jit
-from rcc_sim.physics.bicycle import no_tighter
 from rcc_sim.physics.effects.motor_efficiency import ETA_MIN
 from rcc_sim.physics.logged_steering import enter_cell, steering_at
 from rcc_sim.physics.params import TURNED
@@ -17,6 +16,7 @@ from rcc_sim.physics.run import actuate, begin, open_window, write
 from rcc_sim.physics.slip import behind_wheels
 from rcc_sim.physics.step import pace, step_along
 from rcc_sim.physics.tables import between, seek
+from rcc_sim.physics.under_way import settle
 
 NEAR = 1e-3  # 1; share of a step by which a span may be longer than whole steps
 
@@ -84,8 +84,7 @@ def run_with_logged_motion(
     eta = maps[0]
     eff = max(p.motor_efficiency.scale, ETA_MIN)
     begin(p, c, s, u, max(speed[0], 0.0), 0.0)
-    if p.lanes.steer == TURNED:
-        s.r = no_tighter(c, yaw_rate[0], s.v_x)
+    settle(p, c, s, u, f, commands.steer[0], yaw_rate[0])
     c.booked = 0.0
     enter_cell(u, time, commands.steer, 0, held[1])
     look_up_inputs(p, s, u, time[0], 0, drive, road)

@@ -8,7 +8,6 @@ not add up; what the measurement then adds at each row is the innovation.
 import math
 
 from rcc_sim.jit import jit
-from rcc_sim.physics.bicycle import no_tighter
 from rcc_sim.physics.control import most_current, speed_loop
 from rcc_sim.physics.effects.actuation_delay import command_of
 from rcc_sim.physics.effects.motor_efficiency import ETA_MIN
@@ -28,6 +27,7 @@ from rcc_sim.physics.run import (
 )
 from rcc_sim.physics.step import step
 from rcc_sim.physics.tables import between, seek
+from rcc_sim.physics.under_way import settle
 
 FREE = 0.98  # 1; share of the currents between the limits in which the loop is free
 
@@ -139,8 +139,8 @@ def run_replayed(
     if first != first:
         first = 0.0
     begin(p, c, s, u, max(first, 0.0), 0.0)
-    if p.lanes.steer == TURNED:
-        s.r = no_tighter(c, measured.yaw_rate[0], s.v_x)
+    late_steer[:] = commands.steer[0]
+    settle(p, c, s, u, f, commands.steer[0], measured.yaw_rate[0])
     c.booked = 0.0
     enter_cell(u, time, commands.steer, 0, held[1])
     s.t = time[0]

@@ -194,7 +194,13 @@ def actuate(p, c, s, u, tau, steer):
     s.tau = lagged(s.tau, tau, c.force_share)
     if p.control.mode != TORQUE:  # there the driver has done so
         brake_the_rest(p, c, u, s.v_x)
-    delta = road_wheel_angle(p, c, s, steer)
+    steer_wheels(p, c, s, u, steer)
+
+
+@jit
+def steer_wheels(p, c, s, u, command):
+    """Turn the wheels as a steering command [rad] has it, for the tick."""
+    delta = road_wheel_angle(p, c, s, command)
     if delta != u.delta:
         u.delta = delta
         u.sin_delta = math.sin(delta)

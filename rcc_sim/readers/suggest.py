@@ -155,6 +155,10 @@ QUANTITIES = {
 }
 """The words of which a name has one, else its unit stands for it."""
 
+STEERING_RATIO = 16.0
+"""Turns of a car's steering wheel over those of its road wheels, 12 to 20 being usual.
+[1]"""
+
 SPELT = WRITTEN | {
     "mps": "m/s", "sec": "s", "seconds": "s",
     "µs": "us", "nm": "N m", "n·m": "N m", "m/s2": "m/s^2", "m/s²": "m/s^2",
@@ -198,9 +202,12 @@ class Entry(NamedTuple):
             if to == ours and isclose(f, size, rel_tol=1e-4)
         )
         unit = next(fit, "") if not self.unit and size != 1.0 else ""
+        because = "; ".join(x for x in (self.because, because) if x)
         if unit:
-            return self._replace(unit=unit, factor=factor / size, because=because)
-        return self._replace(factor=self.factor * factor, because=because)
+            factor /= size
+        return self._replace(
+            unit=unit or self.unit, factor=self.factor * factor, because=because
+        )
 
 
 @dataclass(frozen=True)
@@ -244,6 +251,9 @@ def drafted(source: Source) -> Draft:
     left = []
     for name in names:
         if name in found:
+            continue
+        if is_steering_wheel(name) and "steer_cmd_rad" not in found:
+            found["steer_cmd_rad"] = at_the_steering_wheel(name)
             continue
         meaning = meaning_of(name)
         if meaning is None or meaning.column in found:
@@ -298,6 +308,29 @@ def meaning_of(name: str) -> Meaning | None:
     if found is None and unit in IMPLIED and not words & QUANTITIES:
         found = fitting(words | {IMPLIED[unit]}, unit)
     return found
+
+
+def is_steering_wheel(name: str) -> bool:
+    """Tell whether a name is that of the angle of a car's steering wheel.
+
+    >>> is_steering_wheel("SWA [deg]"), is_steering_wheel("Steering Wheel Torque [Nm]")
+    (True, False)
+    """
+    if UNITS.get(unit_in(name), (1.0, "rad"))[1] != "rad":
+        return False
+    whole = CAPITAL.sub(" ", UNIT.sub("", name)).lower()
+    words = {SHORTENED.get(w, w) for w in re.findall(r"[a-zäöüß]+", whole)}
+    if words & {"torque", "moment", "drehmoment", "speed", "rate", "velocity"}:
+        return False
+    turned = {"steer", "steering", "hand"} & words and "wheel" in words
+    return bool(turned or words & {"swa", "hwa", "lenkrad", "lenkradwinkel"})
+
+
+def at_the_steering_wheel(name: str) -> Entry:
+    """Return the entry of a column that is told in the driver's hands."""
+    unit = "" if unit_in(name) == "rad" else unit_in(name)
+    why = f"of the steering wheel: take the car's own ratio for {STEERING_RATIO:g}"
+    return Entry("steer_cmd_rad", name, unit, 1 / STEERING_RATIO, why)
 
 
 def is_wheel_speed(name: str) -> bool:

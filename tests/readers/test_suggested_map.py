@@ -10,7 +10,7 @@ from rcc_sim.definitions.vehicle import load_vehicle
 from rcc_sim.errors import InputError
 from rcc_sim.readers import read_log
 from rcc_sim.readers.column_map import load_map, map_of, shipped_maps
-from rcc_sim.readers.suggest import drafted, meaning_of, unit_in
+from rcc_sim.readers.suggest import Entry, drafted, meaning_of, unit_in
 from rcc_sim.source import open_source
 from tests.program import rccsim
 
@@ -84,6 +84,44 @@ def test_a_name_and_its_unit_are_understood(name, column, unit):
 )  # fmt: skip
 def test_what_only_sounds_alike_is_left_out(name):
     assert meaning_of(name) is None
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [
+        ("SWA [deg]", "deg"),
+        ("Steering Wheel Angle [deg]", "deg"),
+        ("steering_wheel_angle_rad", ""),
+        ("SteeringWheelAngle", ""),
+        ("Lenkradwinkel [deg]", "deg"),
+    ],
+)
+def test_a_steering_wheel_is_told_with_the_ratio_to_put_in(tmp_path, name, unit):
+    log = tmp_path / "log.csv"
+    log.write_text(f"Time [s],Speed [m/s],{name}\n0,5,1\n0.1,5,2\n")
+    (entry,) = (e for e in drafted(open_source(str(log))).entries if e.name == name)
+    assert (entry.column, entry.unit) == ("steer_cmd_rad", unit)
+    assert entry.factor == pytest.approx(1 / 16)
+    assert "the car's own ratio for 16" in entry.toml()
+
+
+@pytest.mark.parametrize(
+    "name", ["Steering Wheel Torque [Nm]", "SteeringWheelRate", "Wheel speed [km/h]"]
+)
+def test_what_else_is_told_at_a_wheel_is_no_steering(tmp_path, name):
+    log = tmp_path / "log.csv"
+    log.write_text(f"time_s,{name}\n0,5\n0.1,5\n")
+    assert all(
+        e.column != "steer_cmd_rad" for e in drafted(open_source(str(log))).entries
+    )
+
+
+def test_a_steering_wheel_in_degrees_by_its_rows_keeps_its_ratio():
+    """Its header told the wheel, its rows tell the unit."""
+    entry = Entry("steer_cmd_rad", "SteeringWheelAngle", "", 1 / 16, "of the wheel")
+    mended = entry.times(0.01745329, "is in degrees")
+    assert (mended.unit, mended.factor) == ("deg", pytest.approx(1 / 16))
+    assert mended.because == "of the wheel; is in degrees"
 
 
 @pytest.mark.parametrize("other", ["Speed [km/h]", "Gear"])

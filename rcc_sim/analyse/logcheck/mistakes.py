@@ -11,6 +11,7 @@ import numpy as np
 
 from rcc_sim.analyse.logcheck.finding import Array, Columns, sampled
 from rcc_sim.definitions.vehicle import Vehicle
+from rcc_sim.readers.suggest import STEERING_RATIO
 from rcc_sim.units import G
 
 
@@ -31,9 +32,8 @@ class Mistake(NamedTuple):
 
 
 DEG = degrees(1.0)
-WHEEL, LARGEST_MODEL = 16.0, 1.0
-"""Turns of a car's steering wheel over those of its road wheels, 12 to 20 being usual;
-and the wheelbase below which none has one. [1], [m]"""
+LARGEST_MODEL = 1.0
+"""Wheelbase below which no vehicle has a steering wheel. [m]"""
 
 RPM = 30 / pi
 
@@ -155,13 +155,14 @@ def words_of(channel: str, factor: float) -> str:
 
 def _at_the_steering_wheel() -> list[Mistake]:
     """Return a steering that is told as it is in the driver's hands."""
-    units = ((WHEEL, "radians"), (WHEEL * DEG, "degrees"))
+    units = ((STEERING_RATIO, "radians"), (STEERING_RATIO * DEG, "degrees"))
     return [
         Mistake(
             "steer_cmd_rad",
             "unit",
             factor,
-            f"{unit} of the steering wheel, {WHEEL:g} to one of the road wheels or so",
+            f"{unit} of the steering wheel, {STEERING_RATIO:g} to one of the road "
+            "wheels or so",
             0.5,
         )
         for factor, unit in units

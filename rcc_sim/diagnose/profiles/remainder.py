@@ -17,8 +17,8 @@ from rcc_sim.diagnose.causes.profile import Profile, overlap
 from rcc_sim.diagnose.fitting.engine import MEMORY, Engine
 from rcc_sim.diagnose.fitting.fit import Fit
 from rcc_sim.diagnose.fitting.knobs import Knob
-from rcc_sim.diagnose.noise.whitener import log_density
 from rcc_sim.diagnose.profiles.altimeter import Wander, wander
+from rcc_sim.diagnose.profiles.bursts import bursts
 from rcc_sim.diagnose.profiles.forms import (
     AFTER,
     CARRIERS,
@@ -35,8 +35,8 @@ from rcc_sim.diagnose.profiles.forms import (
     carrier_of,
 )
 from rcc_sim.diagnose.profiles.probe import Probe
+from rcc_sim.diagnose.profiles.warming import WARMS, warming
 from rcc_sim.diagnose.residuals.losses import evened
-from rcc_sim.diagnose.residuals.shapes import LATERAL
 from rcc_sim.side_by_side import each
 
 Array = NDArray[np.float64]
@@ -57,15 +57,6 @@ in cornering, none was more restless there than by 2."""
 EXACT = 1e-3
 """Share of how a channel moves below which no model is exact: over ten hours that is
 more nats than chance leaves in ten minutes."""
-
-BURST, BURST_ROWS = 1.0, 20
-"""Shortest window [s], and fewest rows, in which cornering may be restless."""
-
-BURST_COST = 6.0
-"""Nats that a restless window costs: the log of how many there are to choose from."""
-
-LOUDER = np.exp(np.linspace(0.05, 1.6, 16))
-"""Sizes of whitened residuals that are tried."""
 
 WINDOWS = 50
 """Stretches of a log below half of which gaps between windows are closed."""
@@ -178,7 +169,9 @@ def remainder(
             continue
         key = carrier_of(engine, fit, name)
         forms.append(partial(acting_as, engine, fit, name, key))
-    forms += [partial(bursts, engine, fit, log) for log in range(len(engine.problems))]
+    forms += [
+        partial(restless, engine, fit, log) for log in range(len(engine.problems))
+    ]
     for name, figures in (constant or {}).items():
         for knob in fit.knobs:
             if knob.key in figures and knob.acts != "rows":
@@ -248,7 +241,18 @@ def acting_as(engine: Engine, fit: Fit, name: str, key: str) -> list[Remainder]:
     # it may go by all of them at once; one that stays as it is has not to be unknown
     level = Knob(f"{key}.level", 0.0, inf)
     freed = probe.by(probe.fit.beside([(level, probe.signal)]))
-    return [likeliest_of(probe, name, {x: n}, freed) for x, n in follows.items()]
+    found = [likeliest_of(probe, name, {x: n}, freed) for x, n in follows.items()]
+    return [as_warming(probe, r) if (name, r.follows) == WARMS else r for r in found]
+
+
+def as_warming(probe: Probe, left: Remainder) -> Remainder:
+    """Return an efficiency that changes over time beside the noise that it leaves."""
+    if left.profile is None:
+        return left
+    x = probe.engine.problems[left.log].coordinate(left.follows)
+    known = left.profile, left.evidence, left.log, x
+    course, nats = warming(probe, *known, left.enough)
+    return replace(left, evidence=nats, profile=course)
 
 
 def evenly(engine: Engine, fit: Fit, tracks: Sequence[int]) -> Fit:
@@ -318,40 +322,12 @@ def likeliest_of(
     return best
 
 
-def bursts(engine: Engine, fit: Fit, log: int) -> list[Remainder]:
-    """Return where a log's cornering is restless: a slippery patch, a sticking rack.
-
-    What comes and goes within a moment has no mean that a profile could hold, but its
-    residuals are larger than elsewhere. In each window the size of the whitened
-    residuals may be whatever is likeliest, for ``BURST_COST`` nats. Cornering alone is
-    judged: along the road, roughness comes in bursts as well.
-    """
-    time = engine.problems[log].log["time_s"]
-    length = max(BURST, BURST_ROWS * engine.problems[log].row)
-    count = int((time[-1] - time[0]) / length) + 1
-    nats = np.zeros((len(engine.tracks), count))
-    for i, (of, channel) in enumerate(engine.tracks):
-        if of == log and channel in LATERAL:
-            w = fit.noise[i]
-            which = ((time[w.valid] - time[0]) / length).astype(int)
-            white = w(fit.residuals[i])
-            for size in LOUDER:
-                more = log_density(white / size) - log_density(white) - np.log(size)
-                nats[i] = np.maximum(nats[i], np.bincount(which, more, count))
-    nats = np.maximum(nats - BURST_COST, 0.0)
-    total = float(nats.sum())
-    loudest = engine.tracks[int(nats.sum(1).argmax())][1]
-    found = [
-        {
-            "start_s": float(time[0] + a * length),
-            "end_s": float(min(time[0] + b * length, time[-1])),
-            "channel": loudest,
-            "share": float(nats[:, a:b].sum()) / total,
-        }
-        for a, b in zip(*runs(nats.sum(0) > 0), strict=True)
-    ]
-    shares = nats.sum(1) / (total or 1.0)
-    return [Remainder(total, "steer", "time_s", found, None, log, shares)]
+def restless(engine: Engine, fit: Fit, log: int) -> list[Remainder]:
+    """Return the bursts of a log's cornering, as of an angle of the wheels."""
+    by_track, found = bursts(engine, fit, log)
+    nats = float(by_track.sum())
+    shares = by_track / (nats or 1.0)
+    return [Remainder(nats, "steer", "time_s", found, None, log, shares)]
 
 
 def windows_of(

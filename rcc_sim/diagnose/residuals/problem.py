@@ -15,7 +15,7 @@ from rcc_sim.analyse.gap_regimes import HELD, Scale, stands
 from rcc_sim.analyse.heading import TURN_RATE, turn_rate
 from rcc_sim.analyse.logcheck.rest import standing as surely_standing
 from rcc_sim.channel import interval_of, moving_mean, rows_in
-from rcc_sim.definitions.kernel import loop_stiffness
+from rcc_sim.definitions.kernel import forgetting_time, loop_stiffness
 from rcc_sim.definitions.vehicle import Vehicle
 from rcc_sim.diagnose.residuals.beside_motor import BesideMotor, beside_motor
 from rcc_sim.diagnose.residuals.lateness import clear_delay, likeliest_delay
@@ -344,7 +344,10 @@ class Problem:
 
     @cached_property
     def _rolling(self) -> NDArray[np.bool_]:
-        return np.asarray(self.speed > self.slow)
+        """Rows at which it rolls, and turns by nothing that came before the log."""
+        rolls, time = self.speed > self.slow, self.log["time_s"]
+        begins = time - time[0] < forgetting_time(self.vehicle, float(self.speed[0]))
+        return np.asarray(rolls & ~(rolls[0] & begins))
 
     @property
     def slow(self) -> float:
