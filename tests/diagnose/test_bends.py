@@ -22,21 +22,26 @@ from rcc_sim.trace import Trace
 from rcc_sim.units import G
 from tests.cars import truck
 
+STEERING = "steer_cmd_rad"
 
-def problems_of(folder, family, cases):
+
+def problems_of(folder, family, cases, hide=()):
     make(folder, cases=cases, kinds=("null",), families=(family,), seed=21)
     found = []
     for case in sorted(p for p in folder.iterdir() if p.is_dir()):
         vehicle = load_vehicle(case / "vehicle.toml")
-        found.append(problem_of(open_log(case / "log.csv.gz", vehicle).log, vehicle))
+        log = open_log(case / "log.csv.gz", vehicle, hide=hide).log
+        found.append(problem_of(log, vehicle))
     return found
 
 
 @pytest.mark.slow
-def test_drives_without_a_cause_ask_for_a_share_of_the_drag_of_bends(tmp_path):
+@pytest.mark.parametrize("hide", [(), (STEERING,)])
+def test_drives_without_a_cause_ask_for_a_share_of_the_drag_of_bends(tmp_path, hide):
     """The plant's driver holds the speed by a loop; the model knows none of it."""
     gained = 0.0
-    for problem in problems_of(tmp_path / "ev", "ev", 3):
+    for problem in problems_of(tmp_path / "ev", "ev", 3, hide):
+        assert problem.drive.steered == (not hide)
         engine = Engine([problem])
         knobs = nuisance_knobs([problem])
         with_bends = descent.fit(engine, {}, knobs)
@@ -45,6 +50,25 @@ def test_drives_without_a_cause_ask_for_a_share_of_the_drag_of_bends(tmp_path):
         without = descent.fit(engine, {}, [k for k in knobs if "bend" not in k.key])
         gained += with_bends.score - without.score
     assert gained > 10
+
+
+def test_by_a_gyro_it_is_the_drag_that_it_is_by_the_steering(tmp_path):
+    (steered,) = problems_of(tmp_path / "one", "ev", 1)
+    (turned,) = problems_of(tmp_path / "other", "ev", 1, [STEERING])
+    assert turned.drive.turns_as_measured
+    channel = "battery_current_a"
+    one, other = (
+        bends_of(p)["bend"][p.channels.index(channel)] for p in (steered, turned)
+    )
+    assert one.std() > 0.1
+    assert np.corrcoef(one, other)[0, 1] > 0.85  # the gyro is noisy
+    assert other.std() == pytest.approx(one.std(), rel=0.25)
+
+
+def test_a_drive_that_tells_no_turns_has_no_such_share(tmp_path):
+    hide = [STEERING, "yaw_rate_radps"]
+    (problem,) = problems_of(tmp_path / "ev", "ev", 1, hide)
+    assert not bends_of(problem)
 
 
 def test_a_drive_by_its_own_commands_has_no_such_share(tmp_path):

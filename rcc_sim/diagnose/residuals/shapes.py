@@ -150,9 +150,14 @@ def bends_of(problem: Problem) -> dict[str, list[Array]]:
     power at first, and comes late; in all it is the same energy.
     """
     drive = problem.drive
-    if not (drive.imposed and drive.steered) or problem.charge is not None:
+    if not drive.imposed or problem.charge is not None:
         return {}
-    straight = drive.commanded(steer=np.zeros_like(drive.commands.steer))
+    if drive.steered:
+        straight = drive.commanded(steer=np.zeros_like(drive.commands.steer))
+    elif drive.measured.yaw_rate.any():
+        straight = drive.known_as(yaw_rate=np.zeros_like(drive.measured.yaw_rate))
+    else:
+        return {}
     on = replace(problem, drive=straight).predict({})
     unmoved = (*LATERAL, FELT)
     drag = [
