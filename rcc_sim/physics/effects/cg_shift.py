@@ -26,5 +26,6 @@ EFFECT = Effect(
     channels=("yaw_rate_radps", "accel_y_mps2"),
     seen_as="under- or oversteer that the file does not have",
     source="definition",
+    shows_in=("steered",),
     also=("centre of gravity", "center of gravity", "weight distribution"),
 )

@@ -27,5 +27,6 @@ EFFECT = Effect(
     channels=("yaw_rate_radps", "accel_y_mps2"),
     seen_as="yaw gain that changes with speed",
     source="definition",
+    shows_in=("steered",),
     also=("tyre stiffness", "tire stiffness", "understeer"),
 )

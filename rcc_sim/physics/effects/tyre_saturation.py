@@ -60,5 +60,6 @@ EFFECT = Effect(
     channels=("yaw_rate_radps", "accel_y_mps2"),
     seen_as="yaw rate and lateral acceleration that stop growing with steer",
     source="H. B. Pacejka, Tire and Vehicle Dynamics, 3rd ed., 2012, ch. 4",
+    shows_in=("steered",),
     also=("grip", "friction coefficient", "mu"),
 )
