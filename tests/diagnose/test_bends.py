@@ -10,6 +10,7 @@ from rcc_sim.analyse.logged import open_log
 from rcc_sim.blind.make import make
 from rcc_sim.definitions.cycle import parse_cycle
 from rcc_sim.definitions.vehicle import load_vehicle
+from rcc_sim.diagnose.causes.candidates import candidates_for
 from rcc_sim.diagnose.fitting import descent
 from rcc_sim.diagnose.fitting.engine import Engine
 from rcc_sim.diagnose.fitting.knobs import nuisance_knobs
@@ -63,6 +64,21 @@ def test_by_a_gyro_it_is_the_drag_that_it_is_by_the_steering(tmp_path):
     assert one.std() > 0.1
     assert np.corrcoef(one, other)[0, 1] > 0.85  # the gyro is noisy
     assert other.std() == pytest.approx(one.std(), rel=0.25)
+
+
+def test_what_acts_in_cornering_alone_is_asked_for_where_the_steering_is_told(tmp_path):
+    cornering = {
+        "cg_shift",
+        "front_cornering_stiffness",
+        "rear_cornering_stiffness",
+        "tyre_saturation",
+    }
+    (steered,) = problems_of(tmp_path / "one", "ev", 1)
+    (turned,) = problems_of(tmp_path / "other", "ev", 1, [STEERING])
+    asked = [
+        cornering & {c.effect for c in candidates_for([p])} for p in (steered, turned)
+    ]
+    assert asked == [cornering, set()]
 
 
 def test_a_drive_that_tells_no_turns_has_no_such_share(tmp_path):
